@@ -1,15 +1,16 @@
-//! Tells the report which commit it is about.
+//! Tells the report the commit of the build.
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
-    // Where the project was published from, cargo left the commit in the package.
+    // In a published package, cargo has left the commit here.
     let packaged = Path::new(".cargo_vcs_info.json");
     let commit = if packaged.exists() { of_package(packaged) } else { of_checkout() };
     println!("cargo::rustc-env=RHYTID_COMMIT={}", commit.unwrap_or_else(|| "unknown".into()));
     println!("cargo::rerun-if-changed=build.rs");
-    // Every commit is written there. Where it is missing, cargo would build anew each time.
+    // Every commit is written there. If the file is missing, it must not be watched: cargo would build anew
+    // each time.
     let log = Path::new("../.git/logs/HEAD");
     if log.exists() {
         println!("cargo::rerun-if-changed={}", log.display());
@@ -23,7 +24,7 @@ fn of_package(file: &Path) -> Option<String> {
     digits.get(..12).map(str::to_owned)
 }
 
-/// What git says, if this is the project's checkout and not a copy inside some other.
+/// The commit that git reports, if this is the project's own checkout and not a copy inside another one.
 fn of_checkout() -> Option<String> {
     if !Path::new("../.git").exists() {
         return None;

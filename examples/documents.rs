@@ -1,5 +1,5 @@
-//! The README's code, compiled as documentation's examples are. It stands here since a crate that is published has no file of another
-//! folder.
+//! The README's code, compiled like the examples of documentation. It is in this crate because a published
+//! crate cannot include a file of another folder.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 struct Readme;

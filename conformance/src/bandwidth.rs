@@ -1,9 +1,9 @@
-//! The speed of the processor's memory, which times are compared with.
+//! The speed of the processor's memory, with which times are compared.
 use rayon::prelude::*;
 use std::hint::black_box;
 use web_time::Instant;
 
-/// An array far larger than any cache, which all cores together read.
+/// An array far larger than any cache. All cores together read it.
 #[derive(Debug)]
 pub struct Memory {
     words: Vec<u64>,
@@ -13,12 +13,13 @@ impl Memory {
     /// Takes half a gibibyte.
     #[expect(clippy::new_without_default, reason = "half a gibibyte should be asked for by name")]
     pub fn new() -> Self {
-        // Written, since a page that never was is not in memory.
+        // Every page is written, since an unwritten page is not in memory.
         Self { words: (0..1 << 26).into_par_iter().map(|i: u64| i ^ 0x5555).collect() }
     }
 
-    /// Bytes a second that all cores together read now: what times of kernels are compared with. On a machine that is shared it
-    /// changes from one second to the next, so measure it in turns with them. Takes some hundredths of a second.
+    /// Bytes a second that all cores together read now. Times of kernels are compared with this speed. On a
+    /// shared machine it changes from one second to the next, so measure it in turns with the kernels. Takes
+    /// some hundredths of a second.
     pub fn read_bandwidth(&self) -> f64 {
         let start = Instant::now();
         let sum: u64 = self.words.par_chunks(1 << 16).map(sum).reduce(|| 0, u64::wrapping_add);
@@ -27,7 +28,7 @@ impl Memory {
     }
 }
 
-/// The median of [`Memory::read_bandwidth`] in a few tenths of a second.
+/// The median of [`Memory::read_bandwidth`]; takes a few tenths of a second.
 pub fn read_bandwidth() -> f64 {
     let memory = Memory::new();
     let mut all = [(); 5].map(|()| memory.read_bandwidth());

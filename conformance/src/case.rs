@@ -1,4 +1,4 @@
-//! The cases: which there are, and in which suite.
+//! The cases, and the suite of each.
 use crate::recipe::{Motion, Recipe, Sizes, Surface};
 use rhytid_core::{BasisStorage, Rig, UploadOptions};
 use serde::Serialize;
@@ -13,21 +13,22 @@ pub enum Suite {
     Full,
 }
 
-/// A rig and a batch of frames to evaluate it for. Small: the rig is made when it is asked for.
+/// A rig and a batch of frames to evaluate. The value is small: [`Case::build`] makes the rig.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Says what is special: `holes`, or sizes, `v65-h8-f65-p6-k16-b2-of-3` being a batch of 2 after an upload for 3.
+    /// What is special, such as `holes`, or the sizes. `v65-h8-f65-p6-k16-b2-of-3` is a batch of 2 after an
+    /// upload for 3.
     pub name: String,
-    /// What to upload it with.
+    /// The options of the upload.
     pub options: UploadOptions,
     /// Whether it is in [`Suite::Quick`] too.
     pub quick: bool,
-    /// Whether it is of the chapter's size: a device may be too small for it.
+    /// Whether it has the chapter's size. A device may be too small for it.
     pub large: bool,
     recipe: Recipe,
 }
 
-/// What a case consists of.
+/// The contents of a case.
 #[derive(Debug, Clone)]
 pub struct Built {
     /// The rig.
@@ -74,8 +75,9 @@ impl Case {
     }
 }
 
-/// V, H, F, P, K, frames of the batch and of the largest: straddling tiles (16), a workgroup (64), blocks of the CPU backend (1025)
-/// and SwiftShader's largest workgroup (256), in vertices, strain edges and handles.
+/// V, H, F, P, K, frames of the batch and of the largest batch.
+/// The vertices, strain edges and handles straddle tiles (16), a workgroup (64), SwiftShader's largest
+/// workgroup (256) and blocks of the CPU backend (1025).
 const QUICK_SIZES: [[usize; 7]; 6] = [
     [1, 1, 0, 0, 0, 1, 1],
     [63, 8, 65, 6, 16, 1, 2],
@@ -111,7 +113,7 @@ const FULL_SIZES: [[usize; 7]; 19] = [
 /// As [`QUICK_SIZES`], of rigs of the learned method.
 const QUICK_LEARNED_SIZES: [[usize; 7]; 2] = [[65, 8, 63, 5, 16, 2, 3], [129, 89, 243, 6, 16, 31, 32]];
 
-/// The same; P straddles what is summed at once, 8 examples, and goes as far as is promised.
+/// The same. P straddles the 8 examples that are summed at once, and goes up to the promised limit.
 const LEARNED_SIZES: [[usize; 7]; 8] = [
     [1, 1, 0, 1, 0, 1, 1],
     [31, 7, 0, 3, 0, 2, 2],
@@ -132,7 +134,7 @@ const CHAPTER: [usize; 7] = [530_000, 89, 243, 6, 16, 1, 1];
 
 /// Every case of a suite.
 pub fn cases(suite: Suite) -> Vec<Case> {
-    // An odd size with a whole tile, a part of one, and a batch smaller than the largest.
+    // An odd size with a whole tile and a part of one, and a batch smaller than the largest.
     let usual = sizes([201, 23, 70, 6, 16, 3, 5]);
     let mut cases: Vec<Case> = QUICK_SIZES.map(|n| Case::of_sizes(sizes(n)).quick()).into();
     cases.extend(chapter_cases(usual));
@@ -254,12 +256,13 @@ fn f16_cases(usual: Sizes) -> Vec<Case> {
     ]
 }
 
-/// A rig of 65,536 vertices and a batch of 4 frames, to find out how fast a device is. It belongs to no suite.
+/// A rig of 65,536 vertices and a batch of 4 frames, to measure the speed of a device. It belongs to no
+/// suite.
 pub fn timing_case() -> Case {
     Case::new("timing", sizes([65_536, 89, 243, 6, 16, 4, 4]), |_| ())
 }
 
 /// A small rig for sessions that are broken on purpose.
-pub(crate) fn canary_case() -> Case {
-    Case::new("canary", sizes([65, 8, 20, 6, 16, 2, 2]), |_| ())
+pub(crate) fn mutant_case() -> Case {
+    Case::new("mutant", sizes([65, 8, 20, 6, 16, 2, 2]), |_| ())
 }

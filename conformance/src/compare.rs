@@ -1,4 +1,4 @@
-//! Comparisons of what was computed with what was expected.
+//! Comparisons of computed with expected numbers.
 use crate::expected::Expected;
 use crate::outcome::{Measured, stage_name};
 use rhytid_core::Stage;
@@ -8,9 +8,9 @@ use rhytid_core::Stage;
 pub struct Difference {
     /// The index into both arrays.
     pub index: usize,
-    /// What was computed there.
+    /// The computed number.
     pub found: f64,
-    /// What the reference has there.
+    /// The reference's number.
     pub expected: f64,
     /// |found − expected|; infinite where `found` is not finite.
     pub size: f64,
@@ -34,7 +34,7 @@ pub fn worst_difference<A: Copy + Into<f64>, B: Copy + Into<f64>>(found: &[A], e
 pub(crate) struct Comparison {
     /// `None` where the stage has no numbers.
     pub measured: Option<Measured>,
-    /// The number that is farthest out, in a sentence, if any is.
+    /// A sentence about the number that is farthest beyond its bound, if any is.
     pub problem: Option<String>,
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn compare(
     if found.len() != expected.len() {
         part_of_bound = f64::INFINITY;
     }
-    // Written so that what is not a number does not pass.
+    // Written so that a NaN does not pass.
     let passes = part_of_bound <= 1.0;
     let problem = (!passes).then(|| match (found.get(worst), expected.get(worst)) {
         (Some(found), Some(Expected { value, bound })) => format!(
@@ -80,7 +80,7 @@ pub(crate) fn compare(
     Comparison { measured, problem }
 }
 
-/// What errors of a stage are measured by: see [`Measured::ulp`].
+/// The size that relates to a stage's errors: see [`Measured::ulp`].
 fn size_of(stage: Stage, expected: &[Expected]) -> f64 {
     let largest = expected.iter().map(|e| e.value.abs()).fold(0.0, f64::max);
     match stage {

@@ -1,4 +1,5 @@
-//! How far a frame's vector strains are from those of each centre, as each vertex sees them, and how far rounding may take that.
+//! Distances of a frame's vector strains from those of each centre, as each vertex sees them, with bounds for
+//! their rounding.
 use crate::expected::Expected;
 use crate::tolerance::{self, TINY, gamma};
 use rhytid_core::{Learned, Rig, Table};
@@ -53,12 +54,12 @@ impl<'a> Distances<'a> {
         Some(Self { rig, learned, table: Table::new(rows, features, table) })
     }
 
-    /// S of a vertex in a frame, N.
+    /// The squared distance S of a vertex in a frame, from each of N centres.
     pub(crate) fn squares(&self, frame: usize, v: usize) -> Vec<Expected> {
         let Self { rig, learned, table } = self;
         let edges = rig.handles().strain_edges.len();
         let (k, a) = (rig.influences().per_vertex(), learned.anchors_per_vertex());
-        let of_edges = rig.influences().of(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha));
+        let of_edges = rig.influences().at(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha));
         let of_anchors = learned.anchors_of(v).map(|(h, nu)| (edges + h.index(), nu));
         let listens: Vec<(usize, f64)> = of_edges.chain(of_anchors).collect();
         let roundings = gamma(tolerance::squared_distance(k + a));

@@ -1,12 +1,14 @@
-//! A device as the suite drives it. What is read is awaited, since a browser lets nothing wait; elsewhere it is there at once.
+//! A device as the suite drives it. Results are awaited, since a program in a browser may not block.
+//! Elsewhere they are there at once.
 use rhytid_core::{Animator, Device, DeviceInfo, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 
-/// A device whose results are awaited. [`Device`] is one that waits by itself; a program in a browser implements it for its own.
+/// A device whose results are awaited. A [`Device`] waits by itself. A program in a browser implements this
+/// trait for its own device.
 pub trait AsyncDevice {
     /// A rig resident on it.
     type Session: AsyncSession;
 
-    /// What it is.
+    /// The device's description.
     fn info(&self) -> &DeviceInfo;
 
     /// As [`Device::upload`].
@@ -31,7 +33,7 @@ pub trait AsyncSession {
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> impl Future<Output = Result<()>>;
 }
 
-/// A session of any [`Device`]'s, which waits within the first poll.
+/// A session of any [`Device`], which waits within the first poll.
 pub struct WaitingSession(Animator<Box<dyn Session>>);
 
 impl AsyncDevice for Device {

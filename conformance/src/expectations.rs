@@ -1,4 +1,4 @@
-//! Failures that are known: `expectations.toml` says which, why, and where that is dealt with.
+//! Known failures. `expectations.toml` lists them, with their reasons and where they are dealt with.
 use crate::outcome::{Outcome, Verdict};
 use rhytid_core::{DeviceInfo, Error, Result};
 use serde::Deserialize;
@@ -26,7 +26,7 @@ pub struct Expectation {
     pub case: String,
     /// Why it fails.
     pub reason: String,
-    /// Where that is dealt with.
+    /// Where the failure is dealt with.
     pub link: String,
 }
 
@@ -57,7 +57,7 @@ impl Expectations {
         Ok(list)
     }
 
-    /// A failure that is listed is waived; a pass that is listed fails, so that the list stays true.
+    /// Waives a failure that is listed. A listed pass fails, so that the list stays true.
     pub fn apply(&self, device: &DeviceInfo, outcome: &mut Outcome) {
         let matches = |pattern: &str, text: &str| WildMatch::new(pattern).matches(text);
         let listed = self.expectation.iter().find(|e| {
@@ -122,7 +122,7 @@ mod tests {
         assert_eq!(passed.verdict, Verdict::Fail);
         assert!(passed.reason.contains("take the entry out"));
         assert_eq!(applied(Verdict::NotSupported, "Mesa 22.3.6").verdict, Verdict::NotSupported);
-        // Another driver is another device.
+        // A new driver is a new device.
         assert_eq!(applied(Verdict::Fail, "Mesa 23.1.0").verdict, Verdict::Fail);
         assert_eq!(applied(Verdict::Pass, "Mesa 23.1.0").verdict, Verdict::Pass);
     }

@@ -1,6 +1,6 @@
-//! What is expected of one number of a device.
+//! The expected value of one number of a device.
 
-/// A number as it should be.
+/// A number's correct value and its bound.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Expected {
     /// The value.

@@ -1,9 +1,10 @@
-//! Conformance: what a device computes, compared stage by stage with the kernels' `f64` twin.
+//! Conformance: a device's results, compared stage by stage with the kernels' `f64` reference.
 //!
-//! [`cases()`] are run by [`run_case`], or all of them by [`run_device`]; each [`Outcome`] is one stage of one case on one
-//! device. Each kernel's twin is given the inputs that the device's kernel had, so that a difference is pinned to one
-//! kernel and may be no larger than the rounding of that kernel alone ([`mod@tolerance`]). [`Report`] writes it all down.
-//! In a browser, where nothing may wait, [`run_device_async`] runs an [`AsyncDevice`].
+//! [`run_case`] runs one of the [`cases()`], and [`run_device`] runs all of them. Each [`Outcome`] is one
+//! stage of one case on one device. Each kernel's reference gets the same inputs as the device's kernel. A
+//! difference therefore belongs to one kernel, and may be no larger than the rounding of that kernel alone
+//! ([`mod@tolerance`]). [`Report`] writes the results down. In a browser, where nothing may block,
+//! [`run_device_async`] runs an [`AsyncDevice`].
 //!
 //! ```
 //! use rhytid_conformance::{Suite, run_device};
@@ -19,14 +20,15 @@
 #![forbid(unsafe_code)]
 
 mod bandwidth;
-mod canary;
 mod case;
 mod compare;
 mod distances;
 mod driven;
+mod evaluation;
 pub mod expectations;
 mod expected;
 mod must_pass;
+mod mutant;
 mod numbers;
 mod outcome;
 mod recipe;
@@ -35,15 +37,15 @@ pub mod report;
 mod run;
 mod suite;
 pub mod tolerance;
-mod twin;
 
 pub use bandwidth::{Memory, read_bandwidth};
-pub use canary::{run_canaries, run_canaries_against};
 pub use case::{Built, Case, Suite, cases, timing_case};
 pub use compare::{Difference, worst_difference};
 pub use driven::{AsyncDevice, AsyncSession, WaitingSession};
+pub use evaluation::{Results, detail_params, evaluate, pivoted_weights, squared_differences};
 pub use expected::Expected;
 pub use must_pass::{check_must_pass, must_pass};
+pub use mutant::{run_mutants, run_mutants_against};
 pub use numbers::Numbers;
 pub use outcome::{Measured, Outcome, StageName, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
@@ -52,7 +54,6 @@ pub use suite::{
     DeviceReport, StageTime, missing_devices, no_device, required_backends, run_device, run_device_async,
     unknown_backends,
 };
-pub use twin::{Results, detail_params, evaluate, pivoted_weights, squared_differences};
 
 /// The commit that this program was built from, or `unknown`.
 pub const COMMIT: &str = env!("RHYTID_COMMIT");

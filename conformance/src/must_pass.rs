@@ -1,4 +1,5 @@
-//! `must-pass.txt`: everything that must report. A case that vanished is a failure, and so is one that is not listed.
+//! `must-pass.txt`: every name that must report. A missing case is a failure, and so is one that is not
+//! listed.
 use crate::Suite;
 use crate::outcome::{Outcome, Verdict};
 use std::collections::{BTreeMap, BTreeSet};

@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 pub struct Numbers(u64);
 
 impl Numbers {
-    /// A sequence of its own for each seed.
+    /// Each seed has its own sequence.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }

@@ -1,4 +1,4 @@
-//! The outcome of a case on a device, in one of five different words.
+//! The outcome of a case on a device, as one of five words.
 use rhytid_core::{DeviceInfo, Stage};
 use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
@@ -8,11 +8,11 @@ use std::fmt;
 pub enum Verdict {
     /// Every number was within its rounding, and every repetition gave the same bits.
     Pass,
-    /// It was not, or the device failed.
+    /// A number was beyond its bound, bits differed, or the device failed.
     Fail,
-    /// The device lacks a limit or the memory for it, and said so.
+    /// The device lacks a limit or the memory for the case, and reported it.
     NotSupported,
-    /// It failed as `expectations.toml` says that it does.
+    /// It failed as `expectations.toml` lists it.
     Waived,
     /// The backend has no device here.
     NoDevice,
@@ -24,28 +24,29 @@ impl fmt::Display for Verdict {
     }
 }
 
-/// How far a stage was from its reference, where it was farthest.
+/// How far a stage is from its reference, at its farthest number.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Measured {
-    /// The largest difference as a part of what is allowed there: at most 1 passes. Infinite where it is not a number.
+    /// The largest difference as a part of its bound: at most 1 passes. Infinite for a NaN.
     pub part_of_bound: f64,
-    /// The largest difference in units in the last place (f32) of the stage's size: its largest number, but 1 for
-    /// normals and at least 1 for strains, which are differences of ratios around 1. `None` where the stage is zero.
+    /// The largest difference in units in the last place (f32) of the stage's size.
+    /// The size is the stage's largest number. For normals it is 1. For strains, which are differences of
+    /// ratios around 1, it is at least 1. `None` where the stage is zero.
     ///
-    /// Numbers that rounding leaves undetermined (the normal of a triangle without area) are compared, but not counted
-    /// here: those whose bound is above a hundredth of the stage's size.
+    /// Numbers whose bound is above a hundredth of the stage's size are compared, but not counted here.
+    /// Rounding leaves them undetermined, such as the normal of a triangle without area.
     pub ulp: Option<f64>,
     /// The same difference in millimetres, where the stage is a length.
     pub mm: Option<f64>,
 }
 
-/// As [`stage_name`] has it. Written as `&'static str`, serde would want to borrow it from what is read.
+/// A name as [`stage_name`] gives it. With `&'static str` written out, serde would borrow it from its input.
 pub type StageName = &'static str;
 
-/// How one stage of one case went on one device; or one of the few other things that a suite looks at.
+/// The outcome of one stage of one case on one device, or of another check of the suite.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// As [`device_label`] has it, or a backend's name where it has no device.
+    /// The device's [`device_label`], or a backend's name if it has no device.
     pub device: String,
     /// `stage/case`, such as `normals/holes`.
     pub name: String,
@@ -53,12 +54,12 @@ pub struct Outcome {
     pub verdict: Verdict,
     /// What failed, is not supported or was waived, in a sentence; empty for [`Verdict::Pass`].
     pub reason: String,
-    /// The stage, where it is about one.
+    /// The stage, if the outcome is about one.
     #[serde(default, deserialize_with = "some_stage_name")]
     pub stage: Option<StageName>,
-    /// How near to its reference; `None` where nothing was compared.
+    /// The distance from its reference; `None` where nothing was compared.
     pub measured: Option<Measured>,
-    /// Whether the case is one that every device can hold, so that [`Verdict::NotSupported`] is no excuse.
+    /// Whether every device can hold the case. Then [`Verdict::NotSupported`] is no excuse.
     pub required: bool,
 }
 
@@ -77,8 +78,9 @@ impl Outcome {
         format!("[{}] {}", self.device, self.name)
     }
 
-    /// Whether a device may be trusted in spite of this outcome. [`Verdict::NoDevice`] is acceptable unless the backend
-    /// was asked for, [`Verdict::NotSupported`] unless every device can hold the case.
+    /// Whether a device may be trusted in spite of this outcome. A [`Verdict::NoDevice`] is acceptable unless
+    /// the backend is required. A [`Verdict::NotSupported`] is acceptable for a case that some devices cannot
+    /// hold.
     pub fn is_acceptable(&self) -> bool {
         match self.verdict {
             Verdict::Pass | Verdict::Waived => true,
@@ -88,7 +90,7 @@ impl Outcome {
     }
 }
 
-/// The name of a stage in test names: those of its result.
+/// The name of a stage's result, for test names.
 pub fn stage_name(stage: Stage) -> &'static str {
     match stage {
         Stage::Strain => "strain",

@@ -1,4 +1,4 @@
-//! Rigs made of random numbers from fixed seeds, each with something that is hard on a kernel.
+//! Rigs made of random numbers from fixed seeds, each with something that is hard for a kernel.
 use crate::{Built, Numbers};
 use rhytid_core::{
     Examples, Faces, FineScale, FoldStrains, HandleId, HandleSet, Influences, Learned, Rig, RigParts,
@@ -10,7 +10,7 @@ use rhytid_core::{
 pub(crate) struct Sizes {
     /// V.
     pub vertices: usize,
-    /// H, made fewer where there are fewer vertices.
+    /// H; reduced if there are fewer vertices.
     pub handles: usize,
     /// F.
     pub edges: usize,
@@ -33,27 +33,28 @@ pub(crate) enum Surface {
     Holes,
     /// The sheet without all triangles at every third vertex.
     Isolated,
-    /// The sheet with vertices on top of others, triangles that are lines, and triangles with a corner twice.
+    /// The sheet with vertices on top of others, triangles that are lines, and triangles that name a corner
+    /// twice.
     ZeroArea,
-    /// All vertices around the first: one vertex has a triangle for each other.
+    /// All vertices around the first one: it shares a triangle with every other vertex.
     Fan,
 }
 
 /// Where the handles go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Motion {
-    /// Each somewhere near.
+    /// Each to a random place nearby.
     Random,
-    /// Nowhere.
+    /// They stay at rest.
     Rest,
     /// All into one point: every strain is −1.
     Collapsed,
 }
 
-/// What a case is made from.
+/// The data from which a case is made.
 #[derive(Debug, Clone)]
 pub(crate) struct Recipe {
-    /// How large it is.
+    /// Its sizes.
     pub sizes: Sizes,
     /// The random numbers.
     pub seed: u64,
@@ -61,7 +62,7 @@ pub(crate) struct Recipe {
     pub surface: Surface,
     /// The batch.
     pub motion: Motion,
-    /// What 1 becomes in mesh units; the face stays as large in metres.
+    /// The length of 1 in mesh units. The face keeps its size in metres.
     pub unit: f64,
     /// Whether the second and third centre have the same features.
     pub coincident_poses: bool,
@@ -106,7 +107,7 @@ impl Recipe {
         }
     }
 
-    /// Makes it.
+    /// Makes the case.
     pub(crate) fn build(&self) -> Built {
         let mut numbers = Numbers::new(self.seed);
         let Sizes { vertices, handles, edges, examples, influences, .. } = self.sizes;
@@ -116,7 +117,8 @@ impl Recipe {
         let rest: Vec<[f32; 3]> = rest.into_iter().map(unit).collect();
 
         let step = vertices * 5 / 8 + 1;
-        // Distinct vertices, spread by a step that shares no factor with V; more handles than that cannot be.
+        // Distinct vertices, spread by a step that shares no factor with V. There cannot be more handles than
+        // vertices.
         let step = (step..).find(|s| gcd(*s, vertices) == 1).unwrap_or(1);
         let handle_vertices: Vec<VertexId> =
             (0..handles.min(vertices)).map(|h| VertexId::from_index(h * step % vertices)).collect();
@@ -160,7 +162,7 @@ impl Recipe {
             },
             examples: Examples {
                 names: (0..examples).map(|j| format!("pose {j}")).collect(),
-                // Where they are, the learned method alone wants to know.
+                // Only the learned method needs their positions.
                 handles: Table::filled(examples, handles, [0.0; 3]),
             },
             bending_length: self.unit,
@@ -191,7 +193,7 @@ impl Recipe {
             basis.push((size * numbers.signed()) as f32);
         }
         if self.surface == Surface::ZeroArea {
-            // What lies together moves together.
+            // Vertices at the same place move together.
             for v in (ON_TOP..vertices).step_by(ON_TOP) {
                 basis.copy_within((v - 1) * handles..v * handles, v * handles);
             }
@@ -199,7 +201,7 @@ impl Recipe {
         Table::new(vertices, handles, basis)
     }
 
-    /// Makes the rig one of the learned method: anything of the right shapes.
+    /// Makes the rig one of the learned method, with arbitrary numbers of the right shapes.
     fn learn(&self, parts: &mut RigParts, numbers: &mut Numbers) {
         let (vertices, examples) = (parts.surface.rest.len(), parts.examples.len());
         let handles = parts.handles.len();
@@ -217,7 +219,7 @@ impl Recipe {
         let anchors = (0..vertices).flat_map(|_| numbers.some_below(handles, a)).map(HandleId).collect();
         let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
         let anchor_weights = (0..vertices * a).map(&mut weights).collect();
-        // One rig has folds and nothing else beyond its basis.
+        // One rig has only folds beyond its basis.
         let share = if examples == 3 { 0.0 } else { 0.2 };
         let columns = if share > 0.0 { examples } else { 0 };
         let example_weights = (0..vertices * columns).map(|_| unit(vector(numbers, 2.0))).collect();
@@ -227,11 +229,11 @@ impl Recipe {
             fold_ridge: 1e-3,
             marker_noise: 0.0,
             fold_strains: if examples % 3 == 0 { FoldStrains::Vectors } else { FoldStrains::Lengths },
-            // Some frames go farther than the examples, and with others it does not matter.
+            // Some frames go farther than the examples. In the other rigs the reach is infinite.
             reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
             anchors: Table::new(vertices, a, anchors),
             anchor_weights: Table::new(vertices, a, anchor_weights),
-            // It is in the basis: no kernel reads it.
+            // The basis contains it: no kernel reads it.
             feature_gains: Table::filled(vertices, parts.influences.per_vertex() + a, 0.0),
             example_weights: Table::new(vertices, columns, example_weights),
             variances: vec![0.0; vertices],
@@ -277,7 +279,7 @@ impl Recipe {
             for v in (ON_TOP..vertices).step_by(ON_TOP) {
                 rest[v] = rest[v - 1];
             }
-            // Lines of grid points in a row, and corners that are one vertex.
+            // Lines of grid points, and triangles with two equal corners.
             let lines = (0..vertices as u32 - 2).step_by(11).map(|v| [v, v + 1, v + 1]);
             triangles.extend(lines);
             triangles.extend((0..vertices as u32).step_by(13).map(|v| [v; 3]));
@@ -316,13 +318,13 @@ impl Recipe {
     }
 }
 
-/// Anchors of a vertex, at most.
+/// The largest number of anchors of a vertex.
 const ANCHORS: usize = 8;
 
-/// In [`Surface::ZeroArea`], each so-manieth vertex lies on the one before it.
+/// In [`Surface::ZeroArea`], every vertex whose number is a multiple of this lies on the one before it.
 const ON_TOP: usize = 10;
 
-/// Pairs of handles that do not lie together, as a rig promises.
+/// Pairs of handles at different places, as a rig requires.
 fn strain_edges(rest: &[[f32; 3]], edges: usize, numbers: &mut Numbers) -> Vec<[HandleId; 2]> {
     let mut strain_edges = Vec::with_capacity(edges);
     while rest.len() > 1 && strain_edges.len() < edges {
@@ -335,7 +337,7 @@ fn strain_edges(rest: &[[f32; 3]], edges: usize, numbers: &mut Numbers) -> Vec<[
     strain_edges
 }
 
-/// Three numbers in −size..size.
+/// Three random numbers in −size..size.
 fn vector(numbers: &mut Numbers, size: f64) -> [f64; 3] {
     std::array::from_fn(|_| size * numbers.signed())
 }

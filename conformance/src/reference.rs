@@ -1,7 +1,7 @@
-//! The reference: what each kernel must give for the inputs it had, in float64, and how far rounding may take it from there.
+//! The reference: the right result of each kernel for its inputs, in float64, with a bound for rounding.
 //!
-//! The inputs are the device's own, so that an error upstream is not blamed on a kernel downstream. The numbers of
-//! roundings are those of [`mod@tolerance`]; here are the sums they are multiplied with.
+//! The inputs are the device's own, so that an error upstream is not blamed on a kernel downstream.
+//! [`mod@tolerance`] has the numbers of roundings. This module has the sums that they multiply.
 use crate::distances::Distances;
 use crate::expected::Expected;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
@@ -10,16 +10,17 @@ use rhytid_core::{BasisStorage, Rig, Stage, StrainEdgeId, Table};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, vec3};
 
-/// A case, and every stage of it as a device gave it.
+/// A case, and a device's result of each stage.
 #[derive(Debug)]
 pub struct Found {
-    /// The rig; its basis and the weights of its linear band as they are stored.
+    /// The rig. Its basis and the weights of its linear band have their stored values.
     pub rig: Rig<f64>,
     /// How the basis is stored.
     pub basis: BasisStorage,
     /// frames × H.
     pub handle_positions: Vec<[f64; 3]>,
-    /// In the order of [`Stage::ALL`], each as [`rhytid_core::Session::read`] gives it, and of the right length.
+    /// In the order of [`Stage::ALL`], each as [`rhytid_core::Session::read`] gives it, and with the right
+    /// length.
     pub stages: [Vec<f32>; 6],
 }
 
@@ -39,7 +40,7 @@ impl Found {
     }
 }
 
-/// What `stage` should be, as many numbers as the device gave.
+/// The right values of `stage`, as many as the device gave.
 pub fn reference(found: &Found, stage: Stage) -> Vec<Expected> {
     let vectors = |stage| found.vectors(stage);
     let numbers = match stage {
@@ -71,7 +72,7 @@ fn strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Expected> {
             let value = (length - l) / l;
             let sizes = (0..3).map(|c| (u_a[c].abs() + u_b[c].abs()) * (e[c].abs() + e_rest[c].abs()));
             let products = gamma(tolerance::STRAIN_PRODUCTS) * sizes.sum::<f64>() + 3.0 * TINY;
-            // Squares that vanish take their root's length with them.
+            // Squares that are flushed to zero shorten the root.
             let flushed = 3.0 * TINY.sqrt().min(TINY / length.max(TINY)) / (length + l);
             let bound =
                 products / (length + l) / l + (gamma(tolerance::STRAIN_QUOTIENT) + flushed) * value.abs();
@@ -96,7 +97,7 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     let handles = rig.handles().vertices.len();
     let motions = rig.handles().motions(&found.handle_positions);
     let center = motions.center.map(|v| rig.surface().rest[v.index()]);
-    // Rows of H vectors, as many as each frame has after one another.
+    // Rows of H vectors. The rows of a frame follow one another.
     let of_frame = motions.vectors.len() / found.handle_positions.len();
     let motions = Table::new(found.frames() * of_frame, handles, motions.vectors);
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
@@ -120,7 +121,7 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
             let value = rig.surface().rest[v][c] + moved;
             let bound = sum + tolerance::POSITION * EPSILON * (value.abs() + sum);
             let Some(band) = &band else { return Expected { value, bound } };
-            // It is added to what the basis gives, which is a position in f32 by then.
+            // The band is added to the basis's result, which is already an f32 position.
             let offset = band[frame * rig.vertices() + v][c];
             let (value, bound) = (value + offset.value, bound + offset.bound);
             Expected { value, bound: bound + tolerance::POSITION * EPSILON * (value.abs() + bound) }
@@ -128,7 +129,7 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     })
 }
 
-/// Σ_h B_vh u_h, given a row of the basis.
+/// Σ_h B_vh u_h for a row of the basis.
 fn blended(row: &[f64], u: &[[f64; 3]], smallest: f64) -> [Expected; 3] {
     let roundings = tolerance::large_scale(row.len());
     let (mut sum, mut sizes, mut flushed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
@@ -148,7 +149,7 @@ fn blended(row: &[f64], u: &[[f64; 3]], smallest: f64) -> [Expected; 3] {
     })
 }
 
-/// What the linear band adds to every vertex of every frame; `None` where the rig has no bands.
+/// The linear band's offset for every vertex of every frame; `None` if the rig has no bands.
 fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     let rig = &found.rig;
     let distances = Distances::new(rig, &found.handle_positions)?;
@@ -208,13 +209,13 @@ fn vector_folds(found: &Found, distances: &Distances<'_>) -> Vec<[Expected; 3]> 
     })
 }
 
-/// `v / |v|`, where each component of v is known within `error` (0 for all of a v that must be 0).
+/// `v / |v|`, where each component of v is known within `error`. The error is 0 for every v that must be 0.
 fn unit(v: [f64; 3], error: [f64; 3]) -> [Expected; 3] {
     let direction = vec3::normalize(v);
     let (length, off) = (vec3::length(v), vec3::length(error));
     std::array::from_fn(|c| {
         let value = direction[c];
-        // What is within its own rounding has no direction: any unit vector will do.
+        // A vector within its own rounding has no direction: any unit vector is allowed.
         let turned = match off < length {
             true => (error[c] + value.abs() * off) / (length - off),
             false if off == 0.0 => 0.0,
@@ -236,7 +237,8 @@ fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> 
     })
 }
 
-/// The normal of one vertex, given the corners of the triangles at it; where rounding leaves it no direction, the bound allows any.
+/// The normal of one vertex from the corners of its triangles. If rounding leaves it no direction, the bound
+/// allows any normal.
 pub fn vertex_normal(triangles: impl ExactSizeIterator<Item = [[f64; 3]; 3]>) -> [Expected; 3] {
     let roundings = tolerance::cross_products(triangles.len());
     let (mut sum, mut sizes) = ([0.0; 3], [0.0; 3]);
@@ -258,7 +260,7 @@ pub fn vertex_normal(triangles: impl ExactSizeIterator<Item = [[f64; 3]; 3]>) ->
             sizes[c] += largest[c];
         }
     }
-    // Where there are no products there is nothing to flush either.
+    // Without products nothing can be flushed to zero.
     let flushed = if sizes == [0.0; 3] { 0.0 } else { 3.0 * roundings * TINY };
     unit(sum, sizes.map(|size| gamma(roundings) * size + flushed))
 }
@@ -276,7 +278,7 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
     let roundings = gamma(tolerance::detail(n, k));
     let (_, pivots) = detail::pivoted(rig.fine_scale().rbf_weights.as_slice(), n);
     let zero_at_rest = rig.learned().is_some();
-    // Squares that vanish take their root's distance with them.
+    // Squares that are flushed to zero shorten the root's distance.
     let flushed = (2.0 * k as f64 * TINY).sqrt();
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let f = features.row(frame);
@@ -295,7 +297,7 @@ fn details(found: &Found) -> Vec<[Expected; 3]> {
         let mut d = [Expected::default(); 3];
         for (c, d) in d.iter_mut().enumerate() {
             let others = || (0..n).filter(|&j| j != pivot);
-            // What the pivot's weight is multiplied with, and the value.
+            // The factor of the pivot's weight, and the value.
             let first = if zero_at_rest {
                 d.value = w[0][c] + others().map(|j| w[j][c] * (distances[j] - distances[0])).sum::<f64>();
                 (w[0][c].abs(), 1.0)

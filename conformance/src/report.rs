@@ -21,7 +21,7 @@ impl Report {
         markdown::write(self)
     }
 
-    /// All of it, for programs.
+    /// The whole report as JSON, for programs.
     ///
     /// # Errors
     /// [`Error::Internal`] if it cannot be written as JSON.
@@ -29,7 +29,7 @@ impl Report {
         serde_json::to_string_pretty(self).map_err(|e| Error::Internal(format!("the report as JSON: {e}")))
     }
 
-    /// For a build server.
+    /// The report as JUnit XML, for a build server.
     ///
     /// # Errors
     /// [`Error::Internal`] if it cannot be written as XML.
@@ -82,12 +82,12 @@ mod tests {
         passed.measured = Some(Measured { part_of_bound: 0.25, ulp: Some(3.5), mm: None });
         let mut positions = outcome(Verdict::Pass, "positions/chapter", "");
         positions.measured = Some(Measured { part_of_bound: 0.5, ulp: Some(1.5), mm: Some(1.25e-4) });
-        let mut canary = outcome(Verdict::Pass, "positions/canary", "");
-        canary.measured = Some(Measured { part_of_bound: 99.0, ulp: Some(99.0), mm: Some(99.0) });
+        let mut mutant = outcome(Verdict::Pass, "positions/mutant", "");
+        mutant.measured = Some(Measured { part_of_bound: 99.0, ulp: Some(99.0), mm: Some(99.0) });
         let mut outcomes = vec![
             passed,
             positions,
-            canary,
+            mutant,
             outcome(Verdict::NotSupported, "strain/chapter", "too large"),
             outcome(Verdict::Waived, "detail/fan", "known (https://example.org)"),
         ];
@@ -114,7 +114,7 @@ mod tests {
     }
 
     #[test]
-    fn the_summary_has_the_worst_of_each_stage_without_the_canaries() {
+    fn the_summary_has_the_worst_of_each_stage_without_the_mutants() {
         let summary = &report(false).devices[0].summary();
         let positions = &summary[Stage::Positions as usize];
         assert_eq!(
@@ -145,7 +145,7 @@ mod tests {
                 assert_eq!(text.contains("normals/fan"), failing, "{text}");
             }
             let markdown = report.to_markdown();
-            assert!(markdown.contains("**This is a software driver**"), "{markdown}");
+            assert!(markdown.contains("**This is a software driver.**"), "{markdown}");
             assert!(markdown.contains(COMMIT) && markdown.contains("12.0 GB/s"), "{markdown}");
             assert!(
                 markdown.contains("| positions | fine_scale | 1 | 0.500 | 1.50 | 1.3e-4 | 2.000 | 10.0 |")

@@ -8,18 +8,19 @@ use crate::{Built, Case, expectations};
 use half::f16;
 use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Stage};
 
-/// What a stage is compared with: [`reference()`], but for tests of the suite itself.
+/// The function that gives a stage's expected values: [`reference()`], except in tests of the suite itself.
 pub type ReferenceOf = fn(&Found, Stage) -> Vec<Expected>;
 
-/// The most frames of a batch that are evaluated one by one too.
+/// The largest number of a batch's frames that are also evaluated one by one.
 const SINGLE_FRAMES: usize = 32;
 
-/// Runs `case` on `device`: one outcome for each stage, in the order of [`Stage::ALL`], with what `expectations.toml` says
-/// taken into account.
+/// Runs `case` on `device`: one outcome for each stage, in the order of [`Stage::ALL`]. Known failures in
+/// `expectations.toml` are taken into account.
 ///
-/// The batch is evaluated after another one that is as large as can be, so that a stale frame shows; every stage is compared
-/// with what its kernel should have made of the device's own inputs to it; then its frames one by one, and once more the
-/// other batch and this one, must give the same bits.
+/// The batch is evaluated after the largest possible other batch, so that a stale frame shows. Every stage is
+/// compared with the right result of its kernel for the device's own inputs. Then the frames are evaluated
+/// one by one. At the end the other batch and this one are evaluated again. Both repetitions must give the
+/// same bits.
 pub fn run_case(device: &Device, case: &Case) -> Vec<Outcome> {
     pollster::block_on(run_case_async(device, case))
 }
@@ -33,7 +34,7 @@ pub(crate) async fn run_case_async(device: &impl AsyncDevice, case: &Case) -> Ve
     outcomes
 }
 
-/// As [`run_case`], compared with something else and without expectations.
+/// As [`run_case`], but compared with `reference` and without expectations.
 pub fn run_case_against(device: &Device, case: &Case, reference: ReferenceOf) -> Vec<Outcome> {
     pollster::block_on(run_case_against_async(device, case, reference))
 }
@@ -81,7 +82,7 @@ async fn run_case_against_async(
     }
 }
 
-/// What was found out about a stage.
+/// The findings about a stage.
 #[derive(Default)]
 pub(crate) struct Examined {
     /// `None` where nothing was compared.
@@ -145,15 +146,15 @@ pub(crate) async fn examine(
     Ok(examined)
 }
 
-/// The rig with its basis and the weights of its linear band as a device has them.
+/// The rig with its basis and the weights of its linear band in the precision in which a device stores them.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] if one of those is too large for fp16.
+/// [`rhytid_core::Error::Input`] if one of these numbers is too large for fp16.
 pub fn stored(rig: Rig, basis: BasisStorage) -> Result<Rig> {
     let mut parts = rig.into_parts();
     if basis == BasisStorage::F16 {
         parts.basis = parts.basis.map(|b| f16::from_f32(*b).to_f32());
-        // It is kept as its half.
+        // Half of the number is stored.
         let kept = |c: f32| 2.0 * f16::from_f32(0.5 * c).to_f32();
         if let Some(learned) = &mut parts.learned {
             learned.example_weights = learned.example_weights.map(|c| c.map(kept));
@@ -162,7 +163,7 @@ pub fn stored(rig: Rig, basis: BasisStorage) -> Result<Rig> {
     Rig::new(parts)
 }
 
-/// Frames one by one, and the batch after another batch, must give the bits of the first time.
+/// Frames one by one, and the batch after another batch, must have the bits of the first evaluation.
 async fn repeat(
     session: &mut impl AsyncSession,
     batch: &Batch<'_>,
@@ -216,7 +217,7 @@ impl Batch<'_> {
         Batch { handles: self.handles, positions: &self.positions[frame * numbers..][..numbers] }
     }
 
-    /// This many other frames.
+    /// The positions of this many other frames.
     fn other(&self, frames: usize) -> Vec<f32> {
         let frames = (0..self.frames()).rev().cycle().take(frames);
         frames.flat_map(|frame| self.frame(frame).positions.to_vec()).map(|x| 0.75 * x).collect()

@@ -1,5 +1,5 @@
 //! A suite on a device.
-use crate::canary::run_canaries_async;
+use crate::mutant::run_mutants_async;
 use crate::outcome::{Outcome, Verdict, device_label};
 use crate::outcome::{StageName, read_stage_name};
 use crate::reference::reference;
@@ -10,37 +10,37 @@ use serde::{Deserialize, Serialize};
 use web_time::Instant;
 use wildmatch::WildMatch;
 
-/// What a suite found on one device.
+/// The results of a suite on one device.
 #[derive(Debug, Clone, Serialize)]
 pub struct DeviceReport {
-    /// As [`device_label`] has it.
+    /// The device's [`device_label`].
     pub label: String,
     /// The device.
     pub device: DeviceInfo,
-    /// Whether it is a GPU's API with nothing but the processor behind it.
+    /// Whether it is a GPU's API that runs on the processor alone.
     pub software_driver: bool,
-    /// Everything that reported, the canaries and the must-pass list included.
+    /// Everything that reported, including the mutants and the must-pass list.
     pub outcomes: Vec<Outcome>,
     /// How long the suite took, in seconds.
     pub wall_seconds: f64,
-    /// How long each stage takes, where that was measured; see [`DeviceReport::with_times`].
+    /// The time of each stage, if it was measured; see [`DeviceReport::with_times`].
     pub times: Vec<StageTime>,
 }
 
-/// How long a stage takes for a frame.
+/// The time of a stage for one frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StageTime {
-    /// As [`crate::stage_name`] has it.
+    /// The stage's [`crate::stage_name`].
     #[serde(deserialize_with = "read_stage_name")]
     pub stage: StageName,
-    /// Seconds of a frame.
+    /// Seconds per frame.
     pub seconds: f64,
-    /// Bytes that it has to move at least.
+    /// The least number of bytes that it has to move.
     pub bytes: f64,
 }
 
 impl DeviceReport {
-    /// For outcomes that were collected in another way than by [`run_device`].
+    /// A report of outcomes that were not collected by [`run_device`].
     pub fn new(device: &DeviceInfo, outcomes: Vec<Outcome>, wall_seconds: f64) -> Self {
         Self {
             label: device_label(device),
@@ -52,14 +52,15 @@ impl DeviceReport {
         }
     }
 
-    /// With times of the chapter's face, which is 530,000 vertices, 89 handles and six examples: measured on a rig in which what is near on
-    /// the face is near in memory, as the suite's made-up ones are not.
+    /// Adds times of the chapter's face: 530,000 vertices, 89 handles and six examples.
+    /// They are measured on a rig whose neighbours on the face are neighbours in memory. The suite's made-up
+    /// rigs are not like that.
     #[must_use]
     pub fn with_times(self, times: Vec<StageTime>) -> Self {
         Self { times, ..self }
     }
 
-    /// For a device that does not even open.
+    /// The report of a device that does not even open.
     pub fn not_opened(device: &DeviceInfo, reason: &rhytid_core::Error) -> Self {
         let label = device_label(device);
         let outcome = Outcome::new(&label, "open".into(), Verdict::Fail, reason.to_string());
@@ -77,8 +78,9 @@ impl DeviceReport {
     }
 }
 
-/// Runs a suite on `device`: every case, the canaries, and the must-pass list over all of them. `before` is told each case
-/// before it runs, how many came before it and how many there are; `false` stops there, which the must-pass list then says.
+/// Runs a suite on `device`: every case, the mutants, and the must-pass list over all of them.
+/// `before` gets each case before it runs, the number of cases before it and the total. If it returns
+/// `false`, the run stops, and the must-pass list reports the missing cases.
 pub fn run_device(
     device: &Device,
     suite: Suite,
@@ -94,7 +96,7 @@ pub async fn run_device_async(
     mut before: impl FnMut(&Case, usize, usize) -> bool,
 ) -> DeviceReport {
     let start = Instant::now();
-    let mut outcomes = run_canaries_async(device, reference).await;
+    let mut outcomes = run_mutants_async(device, reference).await;
     let cases = cases(suite);
     for (i, case) in cases.iter().enumerate() {
         if !before(case, i, cases.len()) {
@@ -106,14 +108,15 @@ pub async fn run_device_async(
     DeviceReport::new(device.info(), outcomes, start.elapsed().as_secs_f64())
 }
 
-/// The backends in `REQUIRE_BACKENDS`, a comma-separated list: those whose absence is a failure.
+/// The backends in `REQUIRE_BACKENDS`, a comma-separated list. Their absence is a failure.
 pub fn required_backends() -> Vec<String> {
     let list = std::env::var("REQUIRE_BACKENDS").unwrap_or_default();
     list.split(',').map(|name| name.trim().to_owned()).filter(|name| !name.is_empty()).collect()
 }
 
-/// The outcomes of those patterns in `REQUIRE_DEVICES`, a comma-separated list such as `vulkan/llvmpipe*,wgpu/*OpenGL*`, that no
-/// device's label and driver match. None is acceptable.
+/// The outcomes of required devices that are missing.
+/// `REQUIRE_DEVICES` is a comma-separated list of patterns such as `vulkan/llvmpipe*,wgpu/*OpenGL*`. A
+/// pattern that matches no device's label and driver gives an outcome, and none of these is acceptable.
 pub fn missing_devices(present: &[DeviceInfo]) -> Vec<Outcome> {
     let list = std::env::var("REQUIRE_DEVICES").unwrap_or_default();
     let names: Vec<String> = present.iter().map(|d| format!("{} ({})", device_label(d), d.driver)).collect();
@@ -126,12 +129,12 @@ pub fn missing_devices(present: &[DeviceInfo]) -> Vec<Outcome> {
     patterns.filter(is_missing).map(outcome).collect()
 }
 
-/// Those of `required` that are no backend's name, so that a slip of the pen does not switch a check off.
+/// The names in `required` that no backend has, so that a typing error does not switch a check off.
 pub fn unknown_backends(required: &[String], known: &[&str]) -> Vec<String> {
     required.iter().filter(|name| !known.contains(&name.as_str())).cloned().collect()
 }
 
-/// The outcome of a backend without a device; acceptable unless it is among those required.
+/// The outcome of a backend without a device; acceptable unless the backend is required.
 pub fn no_device(backend: &str, why: &str, required: &[String]) -> Outcome {
     let mut outcome = Outcome::new(backend, "device".into(), Verdict::NoDevice, why.to_owned());
     outcome.required = required.iter().any(|name| name == backend);

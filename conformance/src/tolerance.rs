@@ -1,33 +1,35 @@
-//! The one table of tolerances: how many roundings lie on the way of each term.
+//! The one table of tolerances: the number of roundings on the way of each term.
 //!
 //! # What is counted
 //!
-//! A kernel is sums of products, and a number may be off by `n ε Σ|aᵢ bᵢ|`, where n is the number of roundings on the
-//! way from the inputs to the result through one term. [`crate::reference`] computes the sums; the numbers n are here.
-//! n ε is taken as `n ε / (1 − n ε)` ([`gamma`]), which includes all products of roundings.
+//! A kernel computes sums of products. A number may be off by `n ε Σ|aᵢ bᵢ|`. Here n is the number of
+//! roundings from the inputs to the result through one term. [`crate::reference`] computes the sums, and this
+//! table has the numbers n. n ε is taken as `n ε / (1 − n ε)` ([`gamma`]), which includes all products of
+//! roundings.
 //!
 //! # What a conforming device may do
 //!
-//! - **Add, subtract, multiply: one unit in the last place.** Vulkan and WebGPU ask for correct rounding, but not in
-//!   which direction, so ε is a whole unit ([`EPSILON`]), not half of one.
+//! - **Add, subtract, multiply: one unit in the last place.** Vulkan and WebGPU ask for correct rounding, but
+//!   not in which direction, so ε is a whole unit ([`EPSILON`]), not half of one.
 //! - **Divide: 2.5 units** in Vulkan, WebGPU and OpenCL 1.2 alike.
 //! - **Square root: 4.5 units.** OpenCL allows 3; Vulkan and WebGPU `1 / inverseSqrt(x)`: 2 and a division.
-//! - **Any order of a sum**, so every term is counted as if it were added first. That covers trees and SIMD lanes.
+//! - **Any order of a sum**, so every term is counted as if it were added first. That covers trees and SIMD
+//!   lanes.
 //! - **Any corner of a triangle** as the one from which its area is computed.
-//! - **Fused operations**: `a b + c` with one rounding has fewer than two.
-//! - **Flushed denormals**: what is below [`TINY`] may become 0, in inputs, in between and in results.
+//! - **Fused operations**: `a b + c` with one rounding has fewer roundings than two.
+//! - **Flushed denormals**: numbers below [`TINY`] may become 0, in inputs, in between and in results.
 //!
-//! Not covered is what changes the formula: `b (p − r)` computed as `b p − b r`, or `rest` added first to the sum of
+//! A changed formula is not covered: `b (p − r)` computed as `b p − b r`, or `rest` added first to the sum of
 //! displacements. Such a device gives visibly worse positions, and fails.
 use rhytid_core::Stage;
 
-/// One unit in the last place of 1 in f32, 2⁻²³: the most by which one operation is off, relative to its result.
+/// One unit in the last place of 1 in f32, 2⁻²³: the largest error of one operation, relative to its result.
 pub const EPSILON: f64 = f32::EPSILON as f64;
 
-/// The smallest normal f32: what may be lost where a device flushes smaller numbers to zero.
+/// The smallest normal f32: the largest loss where a device flushes smaller numbers to zero.
 pub const TINY: f64 = f32::MIN_POSITIVE as f64;
 
-/// The smallest normal fp16 number: a basis stored as fp16 may lose what is smaller.
+/// The smallest normal fp16 number: a basis stored as fp16 may lose smaller ones.
 pub const TINY_HALF: f64 = 1.0 / (1u64 << 14) as f64;
 
 /// Roundings of an addition, a subtraction or a multiplication.
@@ -37,70 +39,80 @@ const DIVIDE: f64 = 2.5;
 /// Units in the last place by which a square root may be off.
 const ROOT: f64 = 4.5;
 
-/// A length `√(x² + y² + z²)` of a difference: the difference, its square (which doubles it), two sums, the root (which
-/// halves what came before).
+/// A length `√(x² + y² + z²)` of a difference. The difference (doubled by its square), the square and two
+/// sums, all halved by the root; and the root.
 const LENGTH: f64 = (2.0 * ONE + ONE + 2.0 * ONE) / 2.0 + ROOT;
 
-/// The same on the host, which prepares the rest lengths: it rounds to the nearest, so all by half a unit.
+/// The same on the host, which prepares the rest lengths. It rounds to nearest, so each rounding is half a
+/// unit.
 const REST_LENGTH: f64 = ((2.0 + 1.0 + 2.0) / 2.0 + 1.0) / 2.0;
 
-/// `strain`, relative to `Σ (|u₁| + |u₂|) (|e| + |ē|)` over x, y, z: the displacements and their difference, the edges and
-/// their sum, the product, two sums.
+/// `strain`, relative to `Σ (|u₁| + |u₂|) (|e| + |ē|)` over x, y, z: the displacements and their difference,
+/// the edges and their sum, the product, two sums.
 pub const STRAIN_PRODUCTS: f64 = 7.0;
-/// `strain`, relative to itself: the length, its sum with the rest length, the rest length, and two divisions.
+/// `strain`, relative to itself: the length, its sum with the rest length, the rest length, and two
+/// divisions.
 pub const STRAIN_QUOTIENT: f64 = LENGTH + ONE + REST_LENGTH + 2.0 * DIVIDE;
 
-/// `large_scale`, relative to `Σ|b u|`: the displacement (or what a handle that turns has in its place, which the host rounds), the product, H − 1 sums.
+/// `large_scale`, relative to `Σ|b u|`: the displacement, the product, H − 1 sums. A handle that turns has
+/// another vector instead of the displacement, which the host rounds.
 pub fn large_scale(handles: usize) -> f64 {
     handles as f64 + 1.0
 }
 
-/// `large_scale` where the handles turn, relative to what moves the centre and the sizes of the products with the coordinates from it:
-/// the difference, the product, three sums.
+/// `large_scale` where the handles turn: the difference, the product, three sums.
+/// Relative to the centre's motion and to the sizes of the products with the coordinates from the centre.
 pub const TURN: f64 = 5.0;
 
-/// A vector strain, relative to `(|u₁| + |u₂|) / l`: the displacement, the difference of two, the division, and the length, which the
-/// host rounds by half a unit. Bounds and examples' vector strains are rounded likewise.
+/// A vector strain, relative to `(|u₁| + |u₂|) / l`: the displacement, the difference of two, the division,
+/// and the length. The host rounds the length by half a unit. Bounds and the examples' vector strains are
+/// rounded in the same way.
 pub const VECTOR_STRAIN: f64 = ONE + ONE + DIVIDE + 0.5;
-/// What the host rounds once, to nearest.
+/// A number that the host rounds once, to nearest.
 pub const ROUNDED: f64 = 0.5;
 
 /// `vector_differences`, relative to itself: the square, two sums.
 pub const SQUARED_DIFFERENCE: f64 = 3.0;
 
-/// S of `bands`, relative to itself: the product with the weight, K + A − 1 sums, and one product with 0.9, which is rounded itself.
+/// S of `bands`, relative to itself: the product with the weight, K + A − 1 sums, and one product with 0.9.
+/// The factor 0.9 is itself rounded.
 pub fn squared_distance(features: usize) -> f64 {
     features as f64 + 2.0
 }
 
-/// `bands`, relative to the sum of the sizes of a and `(c/2) (S_0 − S_p)`, or b and `w (r_p − r_0)`: the difference, the product, P sums.
+/// `bands`: the difference, the product, P sums.
+/// Relative to the sum of the sizes of a and `(c/2) (S_0 − S_p)`, or of b and `w (r_p − r_0)`.
 pub fn bands(examples: usize) -> f64 {
     examples as f64 + 2.0
 }
 
-/// A distance of `bands` beyond the error of its square, relative to itself.
+/// A distance of `bands`, relative to itself, beyond the error of its square.
 pub const DISTANCE: f64 = ROOT;
 
-/// `normals`, relative to the sum of the products in the cross products of `triangles` triangles, each component for
-/// itself, and each from the corner where they are the most, as any will do: two differences, the product, the difference of products, the sum over triangles.
+/// `normals`: two differences, the product, the difference of products, the sum over triangles.
+/// Relative to the sum of the products in the cross products of `triangles` triangles, for each component by
+/// itself. Each triangle counts from the corner with the largest products, since a device may use any corner.
 pub fn cross_products(triangles: usize) -> f64 {
     triangles as f64 + 3.0
 }
 
-/// `v / |v|` for a v that is known exactly, relative to each component: divided by the largest (twice that in the
-/// squares), a square, two sums and a root under the line, and the division.
+/// `v / |v|` for a v that is known exactly, relative to each component.
+/// The division by the largest component. Under the line, that division (doubled by the square), a square and
+/// two sums, all halved by the root, and the root. Then the division by the root.
 pub const UNIT: f64 = DIVIDE + ((2.0 * DIVIDE + ONE + 2.0 * ONE) / 2.0 + ROOT) + DIVIDE;
 
-/// `detail`, relative to `|W| r_p + Σ|w| (r + r_p)`, or with |b| for the first: of r the difference (doubled by the square), the square, the product
-/// with α, K − 1 sums (halved by the root), the root; the difference from the pivot's, or the rounding of W, the sum of
-/// all weights; the product with w, N − 1 sums.
+/// `detail`, relative to `|W| r_p + Σ|w| (r + r_p)`, or with |b| for the first term.
+/// Roundings of r: the difference (doubled by the square), the square, the product with α, K − 1 sums (all
+/// halved by the root), and the root. Then the difference from the pivot's r, or the rounding of W, the sum
+/// of all weights. Then the product with w and N − 1 sums.
 pub fn detail(centers: usize, influences: usize) -> f64 {
     (influences as f64 + 3.0) / 2.0 + ROOT + ONE + centers as f64
 }
 
 /// `fine_scale`'s tangent before it is normalised, `e − (e·n) n`, relative to `|e|`: two subtractions.
 pub const TANGENT_EDGE: f64 = 2.0;
-/// The same, relative to `Σ|e n| |n|`: the difference e, the product, two sums, the product with n, the subtraction.
+/// The same, relative to `Σ|e n| |n|`: the difference e, the product, two sums, the product with n, the
+/// subtraction.
 pub const TANGENT_ALONG: f64 = 6.0;
 /// `b = n × t`, relative to `|n t|`: the product, the difference of products.
 pub const BITANGENT: f64 = 2.0;
@@ -137,7 +149,7 @@ pub fn in_words(stage: Stage) -> &'static str {
 mod tests {
     use super::*;
 
-    /// The derivation done once more by hand. A tolerance cannot be made wider without a change here.
+    /// The derivation repeated by hand. A wider tolerance needs a change here.
     #[test]
     fn the_table_is_the_one_that_was_derived() {
         assert_eq!(EPSILON, 2f64.powi(-23));

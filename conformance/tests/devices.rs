@@ -1,11 +1,12 @@
-//! Every device present against the f64 twin: one test for each device, stage and case, named
-//! `[vulkan/llvmpipe/0] normals/holes`. (A process of its own: its tests are known only once the devices are.)
+//! Every device of this machine against the f64 reference. There is one test for each device, stage and case,
+//! named `[vulkan/llvmpipe/0] normals/holes`. (This is a process of its own: its tests are known only once
+//! the devices are.)
 mod support;
 
 use libtest_mimic::{Arguments, Completion, Failed, Trial};
 use rhytid_conformance::{
     Case, Outcome, Suite, Verdict, cases, check_must_pass, device_label, missing_devices, no_device,
-    required_backends, run_canaries, run_case, stage_name, unknown_backends,
+    required_backends, run_case, run_mutants, stage_name, unknown_backends,
 };
 use rhytid_core::{Device, DeviceInfo, Stage};
 use std::io::Write;
@@ -36,13 +37,13 @@ fn main() -> ExitCode {
     libtest_mimic::run(&arguments, trials).exit_code()
 }
 
-/// What the tests of a device share; everything is done when the first of them asks, and once.
+/// What the tests of a device share. The first test that asks computes it, once.
 struct Tested {
     info: DeviceInfo,
     device: OnceLock<Result<Device, String>>,
     cases: Vec<Case>,
     outcomes: Vec<OnceLock<Vec<Outcome>>>,
-    canaries: OnceLock<Vec<Outcome>>,
+    mutants: OnceLock<Vec<Outcome>>,
 }
 
 impl Tested {
@@ -56,13 +57,13 @@ impl Tested {
         Ok(self.outcomes[i].get_or_init(|| run_case(device, &self.cases[i])))
     }
 
-    fn canaries(&self) -> Result<&[Outcome], String> {
+    fn mutants(&self) -> Result<&[Outcome], String> {
         let device = self.device()?;
-        Ok(self.canaries.get_or_init(|| run_canaries(device)))
+        Ok(self.mutants.get_or_init(|| run_mutants(device)))
     }
 
     fn must_pass(&self) -> Result<Outcome, String> {
-        let mut outcomes = self.canaries()?.to_vec();
+        let mut outcomes = self.mutants()?.to_vec();
         for i in 0..self.cases.len() {
             outcomes.extend_from_slice(self.case(i)?);
         }
@@ -76,15 +77,15 @@ fn of_device(info: &DeviceInfo, head: &Arc<OnceLock<Option<Head>>>) -> Vec<Trial
         info: info.clone(),
         device: OnceLock::new(),
         outcomes: cases.iter().map(|_| OnceLock::new()).collect(),
-        canaries: OnceLock::new(),
+        mutants: OnceLock::new(),
         cases,
     });
     let label = device_label(info);
     let mut trials = Vec::new();
     for stage in Stage::ALL {
         let tested = tested.clone();
-        trials.push(trial(format!("[{label}] {}/canary", stage_name(stage)), move || {
-            tested.canaries().map(|outcomes| outcomes[stage as usize].clone())
+        trials.push(trial(format!("[{label}] {}/mutant", stage_name(stage)), move || {
+            tested.mutants().map(|outcomes| outcomes[stage as usize].clone())
         }));
     }
     for (i, case) in tested.cases.iter().enumerate() {
@@ -112,7 +113,7 @@ fn of_device(info: &DeviceInfo, head: &Arc<OnceLock<Option<Head>>>) -> Vec<Trial
     trials
 }
 
-/// The outcome as `cargo test` shows it: its word stands in the output unless it is a pass.
+/// The outcome for `cargo test`. Its word is in the output unless it is a pass.
 fn trial(name: String, outcome: impl FnOnce() -> Result<Outcome, String> + Send + 'static) -> Trial {
     Trial::ignorable_test(name, move || {
         let outcome = outcome()?;

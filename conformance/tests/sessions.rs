@@ -1,5 +1,5 @@
-//! Sessions come and go without leaving memory behind, and do not disturb each other. (A process of its
-//! own: what is measured is the memory of all of it.)
+//! Sessions are made and dropped without leaving memory behind, and do not disturb each other. (This is a
+//! process of its own, since its whole memory is measured.)
 use rhytid_conformance::{Case, Suite, cases};
 use rhytid_core::{Device, Stage};
 use rhytid_devices::backends::BACKENDS;
@@ -9,14 +9,14 @@ use std::sync::{Mutex, PoisonError};
 /// Sessions made and dropped.
 const SESSIONS: usize = 1000;
 
-/// What comes first and is not counted: caches and pools fill.
+/// The first sessions are not counted, since caches and pools fill.
 const WARM_UP: usize = 100;
 
-/// The most by which memory may grow from the warm-up to the end, in bytes. A session that leaves its smallest buffer
-/// behind, a page each, leaves 3.6 MB.
+/// The most that memory may grow from the warm-up to the end, in bytes. If each session left its smallest
+/// buffer behind, a page, it would grow by 3.6 MB.
 const GROWTH: i64 = 3 << 20;
 
-/// One test at a time: what another does would be counted too.
+/// One test runs at a time, since the memory of others would be counted too.
 static ALONE: Mutex<()> = Mutex::new(());
 
 /// The first device of each backend.
@@ -64,12 +64,12 @@ fn a_thousand_sessions_leave_no_memory_behind() {
     }
 }
 
-/// What the test above would see if it were so.
+/// The test above would see a leak like this one.
 #[test]
 #[cfg(target_os = "linux")]
 fn sessions_that_are_never_dropped_are_noticed() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    // Large enough not to fit into what the heap has left from other tests.
+    // Large enough not to fit into free memory that other tests left on the heap.
     let case = case("v129-h89-f243-p6-k16-b31-of-32");
     let built = case.build();
     let device = first_devices().into_iter().find(|device| device.info().backend == "cpu").unwrap();
@@ -100,7 +100,7 @@ fn bits(device: &Device, case: &Case) -> Vec<Vec<u32>> {
 #[test]
 fn two_sessions_on_two_threads_give_what_each_gives_alone() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
-    // One long and one short, of the same sizes and of others.
+    // One long and one short batch, of the same sizes and of others.
     let pairs = [
         [case("v1025-h89-f243-p6-k16-b31-of-40"), case("v65-h8-f63-p6-k16-b2-of-3")],
         [case("holes"), case("isolated-vertices")],

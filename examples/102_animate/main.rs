@@ -1,4 +1,5 @@
-//! From a rig and a take to a USD or glTF file, on the fastest device that conforms, and on the next one if it fails.
+//! From a rig and a take to a USD or glTF file, on the fastest device that conforms, and on the next one if
+//! it fails.
 //!
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 102_animate -- face.usd
@@ -17,7 +18,7 @@ fn main() -> Result<()> {
     let rig = solve(&face, &NoProgress)?.rounded()?;
     let take = rhytid_demo::performance(&face);
 
-    // Two seconds of it. The recipe stands in the file, where `rhytid verify` reads it.
+    // Two seconds of the take. The file contains the recipe, which `rhytid verify` reads.
     let recipe = Recipe { end_frame: 48, ..Recipe::default() };
     let performance = Performance::new(recipe, rig, take, None)?;
     let devices = choose_devices("auto", Guard::NONE, &NoProgress)?.devices;

@@ -1,4 +1,4 @@
-//! What a game does: upload a rig once, then send nothing but marker positions, one frame at a time.
+//! What a game does: upload a rig once, then send only marker positions, one frame at a time.
 //!
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 103_host_application -- 530000

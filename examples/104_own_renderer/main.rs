@@ -1,5 +1,5 @@
-//! A renderer with a wgpu device of its own: the face is computed and drawn on the same device, and its vertices never
-//! cross to the host. Writes a picture.
+//! A renderer with a wgpu device of its own: the face is computed and drawn on the same device, and its
+//! vertices never cross to the host. Writes a picture.
 //!
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 104_own_renderer -- face.png
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rig = solve(&face, &NoProgress)?.rounded()?;
     let handles = take.handle_positions(&rig.handles().labels)?;
 
-    // What a renderer has already: WebGPU's default limits are enough.
+    // A renderer has these already. WebGPU's default limits are enough.
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
     let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default()))?;
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rhytid = Wgpu::from_device(device.clone(), queue.clone())?;
     let mut animator = Animator::new(&rhytid, &rig, UploadOptions::frames(1))?;
 
-    // Once a frame: send the markers, then draw with the buffers that the results are in.
+    // Once a frame: send the markers, then draw from the buffers that hold the results.
     let frame = take.frames() / 3;
     let mut frames = handles.chunks_exact(3 * rig.handles().len());
     animator.evaluate(frames.nth(frame).ok_or("the take is empty")?)?;
@@ -166,7 +166,7 @@ fn read(
     Ok(picture.get_mapped_range(..)?.to_vec())
 }
 
-/// The middle of the rest pose and the scale that makes it fill the picture, as the shader has them.
+/// The middle of the rest pose and the scale that makes it fill the picture, in the shader's layout.
 fn camera(rig: &Rig) -> [f32; 8] {
     let bound = |c: usize, pick: fn(f32, f32) -> f32| {
         rig.surface().rest.iter().map(|p| p[c]).reduce(pick).unwrap_or(0.0)

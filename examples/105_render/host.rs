@@ -1,4 +1,4 @@
-//! What a program that draws with wgpu has already: a device, something to draw into, and a pass.
+//! What a program that draws with wgpu already has: a device, a texture to draw into, and a pass.
 use rhytid::render::Target;
 use std::error::Error;
 

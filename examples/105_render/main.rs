@@ -1,5 +1,6 @@
-//! A face that plays in a program's own pass, drawn by Rhytid's renderer on the program's own device: nothing but the handles crosses
-//! to it. Writes the last frame as a picture. What the program has anyway is in `host.rs`.
+//! A face that plays in a program's own pass, drawn by Rhytid's renderer on the program's own device.
+//! Only the handles cross to the device. The program writes the last frame as a picture. `host.rs` has the
+//! parts that a program with wgpu already has.
 //!
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 105_render -- face.png
@@ -29,7 +30,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let view = View { turn: 25.0, ..View::default() };
     let camera = Camera::framing(&rig.surface().rest, rig.surface().up_axis, view, 0.75);
 
-    // Once a frame: send the markers, then draw with the buffers that the results are in.
+    // Once a frame: send the markers, then draw from the buffers that hold the results.
     for frame in handles.chunks(3 * rig.handles().vertices.len()).take(80) {
         animator.evaluate(frame)?;
         renderer.show(&camera, 0.75, Look::Smooth);

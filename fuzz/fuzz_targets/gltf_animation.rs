@@ -1,10 +1,10 @@
-//! Any bytes as a GLB file of ours give an animation or an error.
+//! Any bytes as a GLB file like ours give an animation or an error.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 use rhytid_formats::animation;
 
 fuzz_target!(|bytes: &[u8]| {
-    // The reader takes what it needs from a file.
+    // The reader needs a file on disk.
     let path = std::env::temp_dir().join(format!("rhytid-fuzz-{}.glb", std::process::id()));
     std::fs::write(&path, bytes).unwrap();
     let Ok(mut reader) = animation::open(&path) else { return };

@@ -1,6 +1,8 @@
-//! Any datagrams, one after another, leave a stream with sound frames and the memory that it had; what is a frame is so again when it is sent on.
+//! Any datagrams, one after another, leave a stream with sound frames and without more memory. A frame that
+//! was received can be sent on and decoded again.
 //!
-//! The input is cut into datagrams by two bytes of length before each; the first byte of a length also says who sends it, and time goes on by it.
+//! The input is cut into datagrams, each after two bytes with its length. The first byte of a length also
+//! chooses the sender and advances the time.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 use rhytid_live::{Frame, Stream};
@@ -19,7 +21,7 @@ fuzz_target!(|bytes: &[u8]| {
         datagrams += 1;
         if let Ok(frame) = Frame::decode(datagram) {
             assert!(44 * frame.markers.len() <= datagram.len());
-            // Those of this length fit into a datagram again, whatever types its numbers had.
+            // A frame of this length fits into a datagram again, independently of its numbers' types.
             assert_eq!(Frame::decode(&frame.encode().expect("a sound frame")), Ok(frame));
         }
         let is_taken = stream.accept(datagram, ([127, 0, 0, 1], port).into(), arrived);

@@ -1,5 +1,6 @@
-//! A folder with a project, whatever files and whatever links: a face or an error, and never what is in the folder beside it.
-//! The input is one text: `--- NAME` begins a file, `--- NAME -> TARGET` is a link.
+//! A folder with a project, with any files and any links. The result is a face or an error. It never contains
+//! anything of the folder beside it. The input is one text: `--- NAME` begins a file, `--- NAME -> TARGET` is
+//! a link.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 use rhytid_core::Error;
@@ -7,7 +8,7 @@ use rhytid_formats::{Reach, project};
 use std::os::unix::fs::symlink;
 use std::path::{Component, Path};
 
-/// Where nobody's vertex is.
+/// A coordinate that no other vertex has.
 const SECRET: f64 = 12_345.678;
 
 fuzz_target!(|text: &str| {
@@ -32,7 +33,7 @@ fuzz_target!(|text: &str| {
             None => drop(std::fs::write(&path, content)),
         }
     }
-    // After the files, which would be written through them.
+    // Links come after the files, which would otherwise be written through them.
     for (path, target) in links {
         let _ = symlink(target, path);
     }

@@ -1,5 +1,5 @@
-//! A rig file of which one tensor has other values, another shape, another name, or is not there: they get past the header, which
-//! plain bytes hardly do.
+//! A rig file with one changed tensor: other values, another shape, another name, or missing. Such files get
+//! past the header, which plain bytes hardly do.
 #![no_main]
 use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
 use rhytid_core::{Error, Rig, rig_file};
@@ -31,7 +31,7 @@ fn changed(file: &[u8], seed: usize) -> Option<Vec<u8>> {
         .into_iter()
         .map(|(name, view)| (name, view.dtype(), view.shape().to_vec(), view.data().to_vec()))
         .collect();
-    // They come in any order.
+    // The tensors come in any order.
     tensors.sort();
     let chosen = seed % (tensors.len() + 1);
     let seed = seed / (tensors.len() + 1);
@@ -53,7 +53,7 @@ fn changed(file: &[u8], seed: usize) -> Option<Vec<u8>> {
                 mutate(&mut tensor.3);
                 tensor.3.resize(size, 0);
                 if seed % 8 == 5 {
-                    // One line less or more of everything.
+                    // One row less or more of everything.
                     let line = size / tensor.2.first().filter(|&&lines| lines > 0)?;
                     tensor.2[0] += 1;
                     tensor.3.resize(size + line, 0);
@@ -68,7 +68,7 @@ fn changed(file: &[u8], seed: usize) -> Option<Vec<u8>> {
     serialize(views?, Some(metadata)).ok()
 }
 
-/// Changes `bytes`, whose number may become larger by a few.
+/// Changes `bytes`. Their number may grow by a few.
 fn mutate(bytes: &mut Vec<u8>) {
     let size = bytes.len();
     bytes.resize(size + 16, 0);

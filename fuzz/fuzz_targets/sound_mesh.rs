@@ -1,8 +1,8 @@
-//! What the targets of the mesh readers share.
+//! Shared parts of the targets for the mesh readers.
 use rhytid_core::Error;
 use rhytid_formats::mesh::{self, Format};
 
-/// Decodes; a mesh must keep the promises that its type makes, and an error must name the file.
+/// Decodes. A mesh must keep the promises of its type, and an error must name the file.
 pub fn decode(bytes: &[u8], format: Format) {
     let mesh = match mesh::decode(bytes, format, "fuzz") {
         Ok(mesh) => mesh,

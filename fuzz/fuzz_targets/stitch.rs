@@ -1,5 +1,6 @@
-//! Any two files as parts of an animation: a file that plays them and can be opened, or an error that leaves nothing.
-//! The input is the size of the first part in 4 bytes, the first part, and the second one.
+//! Any two files as parts of an animation. The result is a file that plays them and can be opened, or an
+//! error that leaves no file. The input is the size of the first part in 4 bytes, the first part, and the
+//! second one.
 #![no_main]
 use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
 use rhytid_core::Error;
@@ -29,7 +30,8 @@ fuzz_target!(|bytes: &[u8]| {
     }
 });
 
-// The second part changes, in one field or index or in any bytes: the first one has to be read before it.
+// Only the second part changes, in one field or index or in any bytes. The first part must be readable before
+// it.
 fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
     let file = parts(&data[..size])
         .and_then(|(first, second)| Some((first.len() + 4, usdc_sections::changed(second, seed / 4)?)))

@@ -9,11 +9,11 @@ fuzz_target!(|bytes: &[u8]| {
     let read = [None, Some(&wanted[..])].map(|wanted| {
         let strict = sound(decode(bytes, "fuzz", wanted, Missing::Error));
         let held = sound(decode(bytes, "fuzz", wanted, Missing::Hold));
-        // Where nothing is missing there is nothing to hold.
+        // Without gaps there is nothing to hold.
         assert!(strict.is_none() || strict == held);
         strict
     });
-    // What all labels can be read of, the wanted ones can, unless they are not there.
+    // If all labels can be read, the wanted ones can, unless they are missing.
     if let [Some(all), some] = &read {
         assert_eq!(some.is_some(), wanted.iter().all(|label| all.labels.contains(label)));
     }

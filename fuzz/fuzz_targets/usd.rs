@@ -1,5 +1,5 @@
-//! Any bytes as a USD file (binary, text or a package) give a layer and its samples, and perhaps an animation, or an
-//! error.
+//! Any bytes as a USD file (binary, text or a package) give a layer with its samples, and perhaps an
+//! animation, or an error.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 

@@ -1,5 +1,5 @@
-//! A binary USD file of which one field, index, token or value is another: most of such files get past the compression and the
-//! table of contents, which plain bytes hardly do.
+//! A binary USD file with one changed field, index, token or value. Most of these files get past the
+//! compression and the table of contents, which plain bytes hardly do.
 #![no_main]
 use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
 

@@ -1,15 +1,15 @@
-//! `cargo xtask bench`: Rhytid beside its peers, never a test. What it needs is installed at first use.
+//! `cargo xtask bench`: Rhytid beside its peers. It is never a test. It installs its needs at first use.
 use crate::run::{Result, cargo, root, run};
 use crate::{debian, python};
 
 /// What to time; `--peers` or `--quick`.
 #[derive(clap::Args)]
 pub(crate) struct Bench {
-    /// Time one frame and a batch of 32 beside NumPy, Numba and C++, and the solve's linear system beside CHOLMOD,
-    /// once their results agree.
+    /// Time one frame and a batch of 32 beside NumPy, Numba and C++, and the solve's linear system beside
+    /// CHOLMOD, once their results agree.
     #[arg(long, required_unless_present = "quick", conflicts_with = "quick")]
     peers: bool,
-    /// Compare the ratio to Numba with the one in benches/peers/ratios.json; fail where it is 15 % lower.
+    /// Compare the ratio to Numba with the one in benches/peers/ratios.json. Fail if it is 15 % lower.
     #[arg(long)]
     quick: bool,
     /// Store that ratio instead.

@@ -1,16 +1,18 @@
-//! `cargo xtask check`: what tells most, soonest, after a change. It needs no setup, and says what it left out.
+//! `cargo xtask check`: the most useful checks, as early as possible after a change. It needs no setup, and
+//! lists the tests that it leaves out.
 use crate::programs::{Runs, build};
+use crate::prose;
 use crate::run::{Result, cargo, output};
 use crate::steps::Steps;
 use crate::test::{WORKSPACE, documentation, format, lints, outcome};
 use serde_json::Value;
 
-/// Tests that are left for `cargo xtask test`.
+/// Tests that only `cargo xtask test` runs.
 struct LeftOut {
     package: &'static str,
-    /// The folder or file under the package's `tests`; none for the package's tests altogether.
+    /// The folder or file under the package's `tests`; `None` for all tests of the package.
     target: Option<&'static str>,
-    /// What the names of the tests begin with; none for all of the target's.
+    /// The beginnings of the tests' names; empty for all tests of the target.
     tests: &'static [&'static str],
     why: &'static str,
 }
@@ -86,6 +88,7 @@ pub(crate) fn check() -> Result {
 
 fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("format", format)?;
+    steps.step("prose", prose::prose)?;
     steps.step("lints", lints)?;
     steps.step("documentation", documentation)?;
     let programs =
@@ -103,8 +106,8 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     })
 }
 
-/// The options of `cargo test` that build the programs, or little more: with the features of `cargo xtask test`, so that
-/// what one has compiled serves the other.
+/// The options of `cargo test` that build little more than the programs. The features are those of `cargo
+/// xtask test`, so that both share compiled crates.
 fn options() -> Result<Vec<String>> {
     let metadata = output(cargo(&["metadata", "--no-deps", "--format-version", "1"]));
     let metadata: Value = serde_json::from_str(&metadata.ok_or("`cargo metadata` failed")?)
@@ -129,7 +132,7 @@ fn options() -> Result<Vec<String>> {
     Ok(options)
 }
 
-/// A package of the workspace, and one of its integration tests, or none for the package itself.
+/// A package of the workspace, and one of its integration tests; `None` for the package itself.
 type Target<'a> = (&'a str, Option<&'a str>);
 
 fn targets(metadata: &Value) -> Vec<Target<'_>> {

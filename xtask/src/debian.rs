@@ -2,7 +2,7 @@
 use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
-/// What the tests run and are checked with, beside Python and Node.js.
+/// Packages that the tests run or are checked with, besides Python and Node.js.
 const PACKAGES: [&str; 26] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
@@ -21,19 +21,22 @@ const PACKAGES: [&str; 26] = [
     "libegl1",
     "libgles2",
     "libgl1-mesa-dri",
-    // A browser for our own pages and for three.js, which also brings SwiftShader, a second Vulkan driver on the CPU.
+    // A browser for our own pages and for three.js. It also brings SwiftShader, a second Vulkan driver on the
+    // CPU.
     "chromium",
-    // What else opens films and moving pictures: `ffmpeg` and `ffprobe`; `webpinfo`, `webpmux` and `dwebp`.
+    // Other programs that open films and moving pictures: `ffmpeg` and `ffprobe`; `webpinfo`, `webpmux` and
+    // `dwebp`.
     "ffmpeg",
     "webp",
-    // A display for the window, in memory, and what moves its pointer and presses its keys.
+    // A display in memory for the window, and a program that moves its pointer and presses its keys.
     "xvfb",
     "xdotool",
-    // What a window loads, beside what Blender needs below.
+    // Libraries that a window loads, besides Blender's below.
     "libx11-xcb1",
     "libxcursor1",
     "libxkbcommon-x11-0",
-    // What Blender's Python module is linked with, beside the OpenGL above; each brings those that it needs itself.
+    // Libraries that Blender's Python module is linked with, besides the OpenGL above. Each package brings
+    // its own dependencies.
     "libgl1",
     "libxfixes3",
     "libxi6",
@@ -42,19 +45,20 @@ const PACKAGES: [&str; 26] = [
     "libxt6",
 ];
 
-/// What the bench's peers are built with. Without OpenBLAS, CHOLMOD would get the reference BLAS, which is many times slower.
+/// Packages that the bench's peers are built with. Without OpenBLAS, CHOLMOD would use the reference BLAS,
+/// which is many times slower.
 pub(crate) const PEERS: [&str; 3] = ["g++", "libsuitesparse-dev", "libopenblas0-pthread"];
 
 /// The SwiftShader driver of Debian's Chromium: its description for the Vulkan loader.
 pub(crate) const SWIFTSHADER_ICD: &str = "/usr/lib/chromium/vk_swiftshader_icd.json";
 
-/// Those of [`PACKAGES`] that are not installed, as [`missing`].
+/// The missing ones of [`PACKAGES`], as [`missing`] finds them.
 pub(crate) fn missing_packages() -> Vec<&'static str> {
     missing(&PACKAGES)
 }
 
-/// Those of `packages` that are not installed. Where there is no dpkg to ask, it says what is needed, and
-/// takes it as being there.
+/// The missing ones of `packages`. Without dpkg it prints the needs, and assumes that everything is
+/// installed.
 fn missing(packages: &[&'static str]) -> Vec<&'static str> {
     if !succeeds(command("dpkg-query", &["--version"])) {
         eprintln!("it cannot be told without dpkg whether these are installed, by Debian's names:");
@@ -64,7 +68,7 @@ fn missing(packages: &[&'static str]) -> Vec<&'static str> {
     packages.iter().copied().filter(|package| !is_installed(package)).collect()
 }
 
-/// Installs those of `packages` that are not installed.
+/// Installs the missing ones of `packages`.
 pub(crate) fn install_missing(packages: &[&'static str]) -> Result {
     match missing(packages).as_slice() {
         [] => Ok(()),
@@ -72,13 +76,13 @@ pub(crate) fn install_missing(packages: &[&'static str]) -> Result {
     }
 }
 
-/// Also says no to what was removed and has left its settings.
+/// Returns no also for a removed package that left its settings.
 fn is_installed(package: &str) -> bool {
     let status = output(command("dpkg-query", &["--show", "--showformat", "${db:Status-Status}\n", package]));
     status.is_some_and(|status| status.lines().any(|line| line == "installed"))
 }
 
-/// Installs `packages` without questions, by sudo where this is not root.
+/// Installs `packages` without questions, with sudo unless this is root.
 pub(crate) fn install(packages: &[&str]) -> Result {
     let list = packages.join(" ");
     let missing = |e| format!("{list} missing: {e}; install them by hand, then try again");
@@ -101,7 +105,7 @@ fn apt_get(args: &[&str]) -> Result {
     run(command)
 }
 
-/// An error where the SwiftShader driver is not where the tests look for it, as on another system than Debian.
+/// An error if the SwiftShader driver is not where the tests look for it, as on a system other than Debian.
 pub(crate) fn swiftshader() -> Result {
     if Path::new(SWIFTSHADER_ICD).is_file() {
         return Ok(());

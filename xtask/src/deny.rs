@@ -1,7 +1,8 @@
-//! `cargo xtask deny`: licences, duplicate versions, sources and advisories of all dependencies, by cargo-deny (`deny.toml`).
+//! `cargo xtask deny`: licences, duplicate versions, sources and advisories of all dependencies, by
+//! cargo-deny (`deny.toml`).
 use crate::run::{Result, cargo, run, succeeds};
 
-/// As [`deny`], with cargo-deny where that is there: it takes longer to build than all of the tests do.
+/// As [`deny`], if cargo-deny is installed. It takes longer to build than all of the tests.
 pub(crate) fn deny_where_installed() -> Result {
     if !is_installed() {
         eprintln!(
@@ -13,10 +14,11 @@ pub(crate) fn deny_where_installed() -> Result {
     deny()
 }
 
-/// Checks everything; where the database of advisories cannot be reached, everything else, and says so.
+/// Checks everything. If the database of advisories cannot be reached, checks everything else, with a
+/// message.
 ///
 /// # Errors
-/// What cargo-deny finds, or that it is not installed.
+/// The findings of cargo-deny, or that it is not installed.
 pub(crate) fn deny() -> Result {
     if !is_installed() {
         return Err("this needs cargo-deny: run `cargo install cargo-deny --locked`".into());

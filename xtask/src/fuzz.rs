@@ -1,8 +1,8 @@
-//! `cargo xtask fuzz`: every fuzz target for a while, from the seeds that are kept in the repository.
+//! `cargo xtask fuzz`: every fuzz target for a while, from the seeds in the repository.
 use crate::run::{Result, command, output, root, run, succeeds};
 use std::time::{Duration, Instant};
 
-/// Runs each target of `fuzz/` for `seconds`, once or in turns for `hours`; stops at the first that finds something.
+/// Runs each target of `fuzz/` for `seconds`, once or in turns for `hours`. Stops at the first finding.
 pub(crate) fn fuzz(seconds: u32, hours: Option<u32>) -> Result {
     if !succeeds(command("cargo", &["+nightly", "--version"])) {
         return Err("fuzzing needs the nightly toolchain: run `rustup toolchain install nightly`".into());
@@ -26,7 +26,7 @@ pub(crate) fn fuzz(seconds: u32, hours: Option<u32>) -> Result {
     Ok(())
 }
 
-/// Each target once; what it finds on the way is where the next turn begins.
+/// Each target once. The next turn begins with the inputs that this one finds.
 fn turn(targets: &[&str], seconds: u32) -> Result {
     for target in targets {
         let corpus = root().join("fuzz/corpus").join(target);

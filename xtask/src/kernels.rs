@@ -2,8 +2,8 @@
 use crate::run::{Result, cargo, root, run};
 use std::fs;
 
-/// Makes each kernel's `NAME.spv` from its `NAME.comp`, or with `check` checks every kernel against the table in
-/// `crates/kernels/src/table.rs`. The work is done by a program of its own, which needs what `setup` installs.
+/// Makes each kernel's `NAME.spv` from its `NAME.comp`. With `check`, compares every kernel with the table in
+/// `crates/kernels/src/table.rs` instead. A program of its own does the work; `setup` installs its needs.
 pub(crate) fn kernels(check: bool) -> Result {
     if check {
         return run(cargo(&["run", "--quiet", "--package", "xtask-kernels", "--", "--check"]));
@@ -12,7 +12,7 @@ pub(crate) fn kernels(check: bool) -> Result {
     run(cargo(&["run", "--quiet", "--package", "xtask-kernels"]))
 }
 
-/// The table includes every `.spv`, so that a new kernel's must be there before it can be made.
+/// The table includes every `.spv`, so a new kernel's file must exist before it can be made.
 fn place_holders() -> Result {
     let kernels = root().join("crates/kernels/src");
     let folders = fs::read_dir(&kernels).map_err(|e| format!("{}: {e}", kernels.display()))?;

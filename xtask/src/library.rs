@@ -1,18 +1,19 @@
-//! The library as a game links it, in a browser too.
+//! The library as a game links it, also in a browser.
 use crate::run::{Result, cargo, output, run};
 use crate::setup::WASM;
 
-/// The runtime alone: what plays a rig on a GPU.
+/// The runtime alone: the crates that play a rig on a GPU.
 const RUNTIME: [&str; 5] = ["--package", "rhytid", "--no-default-features", "--features", "wgpu"];
 
-/// The runtime's own crates. Any other of Rhytid's is one too many: a solver, a file format.
+/// The runtime's own crates. Any other crate of Rhytid's, such as a solver or a file format, is an error.
 const OF_THE_RUNTIME: [&str; 5] =
     ["rhytid", "rhytid-backend-wgpu", "rhytid-core", "rhytid-devices", "rhytid-kernels"];
 
-/// What those others stand on, which the runtime must not carry either.
+/// Dependencies of the other crates, which the runtime must not have either.
 const NOT_AT_RUN_TIME: [&str; 6] = ["earcut", "faer", "gltf", "plotters", "rstar", "toml"];
 
-/// Checks what the runtime alone depends on, and that it compiles for browsers, as the pages do without a warning.
+/// Checks the dependencies of the runtime alone, and that it and the pages compile for browsers without a
+/// warning.
 pub(crate) fn runtime() -> Result {
     let tree = cargo(&[&["tree", "--edges", "normal", "--prefix", "none"], &RUNTIME[..]].concat());
     let tree = output(tree).ok_or("`cargo tree` failed")?;
@@ -30,6 +31,6 @@ pub(crate) fn runtime() -> Result {
     }
     eprintln!("the runtime alone depends on {} crates, Rhytid's own among them", names.len() - 1);
     run(cargo(&[&["check", "--target", WASM], &RUNTIME[..]].concat()))?;
-    // What is compiled for browsers alone, the lints have not seen.
+    // The lints have not seen code that is compiled only for browsers.
     run(cargo(&["clippy", "--target", WASM, "--package", "rhytid-web", "--", "-D", "warnings"]))
 }

@@ -1,4 +1,6 @@
-//! The project's chores: `cargo xtask check | setup | test | kernels | web | package | deny | fuzz | bench`, one file each.
+//! The project's chores, one file each.
+//!
+//! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench`
 #![forbid(unsafe_code)]
 
 mod bench;
@@ -10,6 +12,7 @@ mod kernels;
 mod library;
 mod package;
 mod programs;
+mod prose;
 mod python;
 mod run;
 mod setup;
@@ -24,21 +27,26 @@ use std::process::ExitCode;
 #[derive(Parser)]
 #[command(name = "cargo xtask", bin_name = "cargo xtask")]
 enum Chore {
-    /// Check formatting, lints and the tests that need no setup, in less than two minutes after a small change.
+    /// Check formatting, lints and the tests that need no setup. It takes less than two minutes after a small
+    /// change.
     Check,
     /// Install what the tests need: software GPU drivers, USD, Blender, a browser, a glTF validator.
     Setup,
     /// Set up, then check formatting, kernels, lints, tests and documentation.
     Test,
+    /// Measure sentences, lines and tables of all pages and doc comments, and find words that only this
+    /// project uses.
+    Prose,
     /// Compile the Vulkan kernels' GLSL to the SPIR-V beside it.
     Kernels {
-        /// Check instead that the SPIR-V is fresh and that the kernels of all languages agree with the table.
+        /// Check that the SPIR-V is fresh and that the kernels of all languages agree with the table, and
+        /// write nothing.
         #[arg(long)]
         check: bool,
     },
     /// Build the browser's pages into a folder that any static host serves.
     Web(web::Web),
-    /// Pack every crate that is published, and check that the packages compile and serve a newcomer.
+    /// Pack every published crate, and check that the packages compile and work for a newcomer.
     Package,
     /// Check licences, duplicate versions, sources and advisories of all dependencies with cargo-deny.
     Deny,
@@ -47,7 +55,7 @@ enum Chore {
         /// How long each target runs.
         #[arg(long, value_name = "S", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..))]
         seconds: u32,
-        /// Go on, target after target again and again, for so many hours in all.
+        /// Repeat the targets in turns, for this many hours in all.
         #[arg(long, value_name = "H", value_parser = clap::value_parser!(u32).range(1..))]
         hours: Option<u32>,
     },
@@ -60,6 +68,7 @@ fn main() -> ExitCode {
         Chore::Check => check::check(),
         Chore::Setup => setup::setup(),
         Chore::Test => test::test(),
+        Chore::Prose => prose::prose(),
         Chore::Kernels { check } => kernels::kernels(check),
         Chore::Web(options) => web::web(&options),
         Chore::Package => package::package(),

@@ -1,29 +1,31 @@
-//! `cargo xtask package`: packs every crate that is published, and checks that what is packed compiles by itself and
-//! serves a newcomer.
+//! `cargo xtask package`: packs every published crate, and checks that the packages compile by themselves and
+//! work for a newcomer.
 use crate::run::{Result, cargo, command, copy, output, root, run};
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The members of the workspace that are not published. `xtask-kernels` and `xtask-web` are not either, but packed: with them, the packages'
-/// dependencies have the features that the tests have compiled them with.
+/// The unpublished members of the workspace. `xtask-kernels` and `xtask-web` are unpublished too, but packed.
+/// With them, the packages' dependencies have the same features as in the tests.
 const PRIVATE: [&str; 5] = ["rhytid-examples", "rhytid-peers", "rhytid-test-support", "rhytid-web", "xtask"];
 
-/// How a crate of the repository's names the library, and how everyone else does.
+/// How a crate of the repository names the library, and how other crates do.
 const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");
 
-/// A newcomer's programs, and how many lines their `main` may have.
+/// A newcomer's programs, and the largest number of lines of their `main`.
 const NEWCOMERS: [(&str, usize); 2] = [("animate", 12), ("game", 15)];
 
-/// Packs as `cargo publish --workspace` would. Cargo's own check builds each package from nothing, for as long as
-/// everything else together; so the packages are unpacked side by side instead, as a workspace where each stands
-/// for its namesake on crates.io, and built at once. With them stands `examples/outside`, a newcomer's crate that knows
-/// the library by its name alone: it makes a file of a take, and plays a game.
+/// Packs as `cargo publish --workspace` would.
+///
+/// Cargo's own check builds each package from nothing, which takes as long as everything else together. Here
+/// the packages are unpacked side by side and built at once. In this workspace each package replaces the one
+/// of its name on crates.io. `examples/outside` is built with them. It is a newcomer's crate that knows only
+/// the library's name. It makes a file from a take, and plays a game.
 pub(crate) fn package() -> Result {
     let target = root().join("target");
     let packages = target.join("package");
-    // An older version's packages would be unpacked too.
+    // Packages of an older version would be unpacked too.
     remove(&packages)?;
     let mut pack = cargo(&["package", "--workspace", "--no-verify", "--allow-dirty"]);
     pack.args(PRIVATE.iter().flat_map(|name| ["--exclude", name])).arg("--target-dir").arg(&target);
@@ -35,7 +37,8 @@ pub(crate) fn package() -> Result {
     for entry in fs::read_dir(&packages).map_err(io)? {
         let path = entry.map_err(io)?.path();
         if path.extension().is_some_and(|extension| extension == "crate") {
-            // With today's date: packages carry none, and cargo would take another version's for compiled already.
+            // Files get today's date. Packages have no dates, and cargo would take files of another version
+            // for compiled ones.
             let mut unpack = command("tar", &["-m", "--extract", "--gzip", "--directory"]);
             unpack.arg(&unpacked).arg("--file").arg(&path);
             run(unpack)?;
@@ -45,7 +48,8 @@ pub(crate) fn package() -> Result {
     newcomer(&unpacked)?;
     fs::write(unpacked.join("Cargo.toml"), manifest).map_err(io)?;
     copy(&root().join("Cargo.lock"), &unpacked.join("Cargo.lock"))?;
-    // Were there examples, they would need what tests need; so the dependencies have the same features here.
+    // `--examples` gives the dependencies the features that the tests need, although the packages have no
+    // examples.
     let targets = ["--lib", "--bins", "--examples"];
     let mut build = cargo(&[&["build", "--workspace"], &targets[..], &["--target-dir"]].concat());
     build.arg(&target).current_dir(&unpacked);
@@ -54,8 +58,9 @@ pub(crate) fn package() -> Result {
     remove(&unpacked)
 }
 
-/// A workspace of all the packages in `folder`, each of which is what crates.io has under its name. Dependencies are compiled as
-/// the repository has it, and so are there already; the packages in the least time.
+/// A workspace of all packages in `folder`. Each package replaces the one of its name on crates.io.
+/// Dependencies use the repository's profile, and are therefore already compiled. The packages themselves are
+/// compiled in the shortest time.
 fn manifest(folder: &Path) -> Result<String> {
     let io = |e: std::io::Error| format!("{}: {e}", folder.display());
     let mut text = "[workspace]\nresolver = \"3\"\nmembers = [\"*\"]\n\n[patch.crates-io]\n".to_owned();
@@ -70,7 +75,7 @@ fn manifest(folder: &Path) -> Result<String> {
     Ok(text + &profile)
 }
 
-/// The repository's `[profile.dev]` and `[profile.dev.package]`, without what is of its own packages.
+/// The repository's `[profile.dev]` and `[profile.dev.package]`, without entries for its own packages.
 fn development_profile() -> Result<String> {
     let path = root().join("Cargo.toml");
     let text = fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
@@ -81,7 +86,7 @@ fn development_profile() -> Result<String> {
     Ok(format!("\n[profile.dev]\n{}\n", others.collect::<Vec<_>>().join("\n").trim_end()))
 }
 
-/// Copies `examples/outside` to the packages in `folder`, as its author would have it.
+/// Copies `examples/outside` to the packages in `folder`, in the form that its author would have.
 fn newcomer(folder: &Path) -> Result {
     let (ours, theirs) = (root().join("examples/outside"), folder.join("outside"));
     let io = |e: std::io::Error| format!("{}: {e}", ours.display());
@@ -110,7 +115,8 @@ fn lines_of_main(source: &str) -> Option<usize> {
     Some(body.lines().count() - 1)
 }
 
-/// Has the newcomer's programs among `programs` make a file and play a game with scans and a take that the packed program makes.
+/// Lets the newcomer's programs among `programs` make a file and play a game. The packed program makes their
+/// scans and take.
 fn play(programs: &Path) -> Result {
     let demo = programs.join("demo");
     let io = |e: std::io::Error| format!("{}: {e}", demo.display());
@@ -129,7 +135,7 @@ fn play(programs: &Path) -> Result {
     if made != format!("face.usd has {bytes} bytes") {
         return Err(format!("examples/outside: animate wrote {bytes} bytes, and said “{made}”"));
     }
-    // The packed program compares what the newcomer's wrote with frames of its own.
+    // The packed program compares the newcomer's file with its own frames.
     let files = ["--rig", "face.safetensors", "--take", "performance.csv", "face.usd"];
     let mut verify = command(programs.join("rhytid"), &[&["--quiet", "verify"], &files[..]].concat());
     verify.current_dir(&demo);

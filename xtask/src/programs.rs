@@ -1,4 +1,4 @@
-//! Test programs: built by cargo in one go, run, and what each of them said and took.
+//! Test programs: built by cargo in one go, and run, with their messages and times.
 use crate::run::{Result, cannot_run, cargo, shown};
 use serde_json::Value;
 use std::collections::BTreeMap;
@@ -7,10 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// What a program says, on standard error, of a test that does nothing here: `SKIPPED: name: why`.
+/// The prefix of a message on standard error about a test that does nothing here: `SKIPPED: name: why`.
 const SKIPPED: &str = "SKIPPED: ";
 
-/// The tests beside a library's or a program's own code.
+/// The tests within a library's or a program's own code.
 const UNIT_TESTS: &str = "unit tests";
 
 /// A program that runs tests.
@@ -19,63 +19,63 @@ pub(crate) struct Program {
     /// `unit tests`, or the name of the file or folder under the package's `tests`.
     pub target: String,
     executable: PathBuf,
-    /// Where cargo would run it: the package's own folder.
+    /// The working folder that cargo would use: the package's own.
     folder: PathBuf,
 }
 
-/// Tests by how they ended.
+/// Numbers of tests by outcome.
 #[derive(Default)]
 pub(crate) struct Counts {
     pub passed: u64,
     pub failed: u64,
     pub ignored: u64,
     pub filtered_out: u64,
-    /// Why tests did nothing, by their names. The harness counts them among those that passed.
+    /// Skipped tests with their reasons. The harness counts them as passed.
     pub skipped: BTreeMap<String, String>,
 }
 
-/// What programs said and took, in the order in which they ran.
+/// Messages and times of programs, in the order in which they ran.
 #[derive(Default)]
 pub(crate) struct Runs(Vec<(String, Counts, Spent)>);
 
-/// Time that something took.
+/// The time of a piece of work.
 #[derive(Clone, Copy)]
 pub(crate) struct Spent {
     pub wall: Duration,
-    /// Of all processors, in seconds; `None` where the system does not tell.
+    /// Time of all processors in seconds; `None` if the system does not tell.
     pub processor: Option<f64>,
 }
 
-/// Runs `work` and says what it took.
+/// Runs `work` and returns its time.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Spent) {
     let start = Instant::now();
-    let children = || Some(ProcessorSeconds::of("self")?.children);
+    let children = || Some(ProcessorSeconds::read("self")?.children);
     let before = children();
     let done = work();
     let processor = children().zip(before).map(|(after, before)| after - before);
     (done, Spent { wall: start.elapsed(), processor })
 }
 
-/// What a process took of all processors, in seconds.
+/// A process's time of all processors, in seconds.
 struct ProcessorSeconds {
     own: f64,
-    /// Of its children that have ended, and of theirs.
+    /// Time of its ended children, and of theirs.
     children: f64,
 }
 
 impl ProcessorSeconds {
-    /// Of a process that is there, by its number, as Linux tells it.
-    fn of(process: &str) -> Option<Self> {
+    /// The times of a running process, by its number, on Linux.
+    fn read(process: &str) -> Option<Self> {
         let text = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-        // From the third field on: the second, the program's name, may have blanks in it.
+        // Fields from the third one on. The second field is the program's name, which may contain blanks.
         let fields: Vec<&str> = text.rsplit_once(')')?.1.split_whitespace().collect();
-        // Linux gives hundredths of seconds to programs, whatever it counts in itself.
+        // Linux reports hundredths of seconds to programs, with any internal unit.
         let seconds = |field: usize| Some(fields.get(field - 3)?.parse::<f64>().ok()? / 100.0);
         Some(Self { own: seconds(14)? + seconds(15)?, children: seconds(16)? + seconds(17)? })
     }
 }
 
-/// Has cargo build the test programs that `options` of `cargo test` name.
+/// Lets cargo build the test programs of these `options` of `cargo test`.
 pub(crate) fn build(options: &[&str]) -> Result<Vec<Program>> {
     let options = [&["test", "--no-run", "--message-format=json-render-diagnostics"], options].concat();
     let mut command = cargo(&options);
@@ -89,7 +89,7 @@ pub(crate) fn build(options: &[&str]) -> Result<Vec<Program>> {
     Ok(text.lines().filter_map(|line| program(&serde_json::from_str(line).ok()?)).collect())
 }
 
-/// The test program that one of cargo's messages is about.
+/// The test program of one of cargo's messages.
 fn program(message: &Value) -> Option<Program> {
     let is_test = message["reason"] == "compiler-artifact" && message["profile"]["test"] == true;
     let executable = message["executable"].as_str().filter(|_| is_test)?;
@@ -104,7 +104,8 @@ fn program(message: &Value) -> Option<Program> {
     })
 }
 
-/// The name in `path+file:///…/crates/core#rhytid-core@0.1.0`; where that is the folder's, it is left out there.
+/// The name in `path+file:///…/crates/core#rhytid-core@0.1.0`. The identifier leaves the name out if it
+/// equals the folder's.
 fn package(id: &str, folder: &Path) -> Option<String> {
     let name = id.rsplit_once('#')?.1.split_once('@').map(|(name, _)| name);
     name.map_or_else(|| folder.file_name()?.to_str(), Some).map(str::to_owned)
@@ -134,7 +135,7 @@ impl Runs {
         Ok(())
     }
 
-    /// Adds what ran beside.
+    /// Adds the results of programs that ran at the same time.
     pub(crate) fn append(&mut self, beside: Runs) {
         self.0.extend(beside.0);
     }
@@ -159,7 +160,7 @@ impl Runs {
         self.sum(|counts| counts.filtered_out)
     }
 
-    /// Prints what each program took, those that took long first, and why tests were skipped.
+    /// Prints the time of each program, the longest first, and the reasons of skipped tests.
     pub(crate) fn print(&self) {
         let mut runs: Vec<_> = self.0.iter().collect();
         runs.sort_by_key(|(_, _, spent)| std::cmp::Reverse(spent.wall));
@@ -187,13 +188,13 @@ impl std::fmt::Display for Spent {
     }
 }
 
-/// Runs `command`, passing on what it writes, line by line, and counts; with what it took of all processors.
+/// Runs `command`, passes its output on line by line, and counts. Also returns its time of all processors.
 fn run(name: &str, mut command: Command) -> Result<(Counts, Option<f64>)> {
     let shown = shown(&command);
     let mut child =
         command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().map_err(|e| cannot_run(&shown, &e))?;
     let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
-    // The chores' own tests are counted too, and what they make up must not be.
+    // Under the chores' own tests, the made-up output must not be counted.
     let (out, err): (Box<dyn Write + Send>, Box<dyn Write + Send>) = match cfg!(test) {
         true => (Box::new(std::io::sink()), Box::new(std::io::sink())),
         false => (Box::new(std::io::stdout()), Box::new(std::io::stderr())),
@@ -211,8 +212,8 @@ fn run(name: &str, mut command: Command) -> Result<(Counts, Option<f64>)> {
         lines(stdout, out, |line| counts.add(line));
     });
     counts.skipped = skipped;
-    // It has closed what it writes to, and is there until it is waited for.
-    let seconds = ProcessorSeconds::of(&child.id().to_string());
+    // The child has closed its output. It stays readable until it is waited for.
+    let seconds = ProcessorSeconds::read(&child.id().to_string());
     let status = child.wait().map_err(|e| format!("`{shown}`: {e}"))?;
     if !status.success() && counts.failed == 0 {
         eprintln!("error: {name} ended without a failed test, but with {status}");
@@ -226,7 +227,7 @@ fn lines(from: Option<impl Read>, mut to: impl Write, mut look: impl FnMut(&str)
     let mut line = Vec::new();
     let mut from = from.map(BufReader::new);
     while from.as_mut().is_some_and(|from| from.read_until(b'\n', &mut line).is_ok_and(|length| length > 0)) {
-        // That nobody reads on is no reason to stop counting.
+        // If nobody reads the output any more, counting goes on.
         let _ = to.write_all(&line);
         look(String::from_utf8_lossy(&line).trim_end());
         line.clear();
@@ -234,7 +235,7 @@ fn lines(from: Option<impl Read>, mut to: impl Write, mut look: impl FnMut(&str)
 }
 
 impl Counts {
-    /// Adds what a line tells that closes a run: `test result: ok. 12 passed; 0 failed; 1 ignored; …`.
+    /// Adds the numbers of a line that closes a run: `test result: ok. 12 passed; 0 failed; 1 ignored; …`.
     fn add(&mut self, line: &str) {
         let Some(summary) = line.strip_prefix("test result: ") else { return };
         let words: Vec<&str> = summary.split([' ', ';']).filter(|word| !word.is_empty()).collect();

@@ -1,16 +1,16 @@
-//! The Python environments of the tests and the bench, each with the packages of a file in `xtask/`.
+//! The Python environments of the tests and the bench. A file in `xtask/` lists the packages of each.
 use crate::run::{Result, command, copy, output, root, run, same_text, succeeds};
 use std::path::PathBuf;
 
-/// The only Python that both Blender's module and the oldest USD are made for.
+/// The only Python that both Blender's module and the oldest USD support.
 const PYTHON: &str = "3.11";
 
-/// An environment under `target/`. There are several since each package brings a USD of its own.
+/// An environment under `target/`. There are several, since each package brings its own USD.
 struct Environment {
     folder: &'static str,
     /// The file in `xtask/` that names the packages and their versions.
     requirements: &'static str,
-    /// What can be imported once they are there, apart by commas.
+    /// Modules that can be imported after the installation, separated by commas.
     modules: &'static str,
 }
 
@@ -26,13 +26,13 @@ const PEERS: Environment = Environment {
     modules: "numba, scipy.sparse, sksparse.cholmod",
 };
 
-/// Makes the environment of the bench's peers where it is missing; returns its Python.
+/// Makes the environment of the bench's peers if it is missing. Returns its Python.
 pub(crate) fn peers() -> Result<PathBuf> {
     PEERS.make()?;
     Ok(PEERS.python())
 }
 
-/// Makes each environment of the tests that is missing or has other packages than its file names.
+/// Makes each environment of the tests that is missing or has other packages than its file lists.
 pub(crate) fn python_packages() -> Result {
     ENVIRONMENTS.iter().try_for_each(Environment::make)
 }
@@ -55,7 +55,7 @@ impl Environment {
         if same_text(&wanted, &installed) && succeeds(command(&python, &["-c", &import])) {
             return Ok(());
         }
-        // A folder left by another Python, or by a run that was stopped, is of no use.
+        // A folder from another Python or an interrupted run is of no use.
         let mut make_venv = command(interpreter()?, &["-m", "venv", "--clear"]);
         make_venv.arg(&venv);
         run(make_venv)?;
@@ -72,7 +72,7 @@ impl Environment {
     }
 }
 
-/// The command that starts Python of the version that the packages are made for.
+/// The command that starts the Python version of the packages.
 fn interpreter() -> Result<&'static str> {
     let version = |program: &str| {
         let print = "import sys, venv, ensurepip; print('%d.%d' % sys.version_info[:2])";

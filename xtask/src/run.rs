@@ -1,4 +1,4 @@
-//! Running programs, and what else the chores share: every failure is one sentence.
+//! Shared parts of the chores, above all running programs. Every failure is one sentence.
 use std::fs;
 use std::io::ErrorKind;
 use std::path::Path;
@@ -24,7 +24,7 @@ pub(crate) fn cargo(args: &[&str]) -> Command {
     command(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()), args)
 }
 
-/// What was typed, for messages.
+/// The command as typed, for messages.
 pub(crate) fn shown(command: &Command) -> String {
     let program = Path::new(command.get_program()).file_name().unwrap_or(command.get_program());
     let words = std::iter::once(program).chain(command.get_args());
@@ -47,7 +47,7 @@ pub(crate) fn succeeds(mut command: Command) -> bool {
     command.stdin(Stdio::null()).output().is_ok_and(|output| output.status.success())
 }
 
-/// What `command` prints, without the line end; `None` if it does not run or fails.
+/// The output of `command` without the line end; `None` if it does not run or fails.
 pub(crate) fn output(mut command: Command) -> Option<String> {
     let output = command.stdin(Stdio::null()).output().ok()?;
     output.status.success().then(|| String::from_utf8_lossy(&output.stdout).trim().to_owned())
@@ -66,7 +66,7 @@ pub(crate) fn same_text(a: &Path, b: &Path) -> bool {
     matches!((fs::read(a), fs::read(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Copies a file, over what was there.
+/// Copies a file, and overwrites an existing one.
 pub(crate) fn copy(from: &Path, to: &Path) -> Result {
     fs::copy(from, to).map(drop).map_err(|e| format!("{} to {}: {e}", from.display(), to.display()))
 }

@@ -1,18 +1,18 @@
-//! `cargo xtask setup`: what the tests need beyond Rust. It installs only what is missing, so that a second
-//! run takes a moment.
+//! `cargo xtask setup`: the needs of the tests beyond Rust. It installs only what is missing, so that a
+//! second run takes a moment.
 use crate::run::{Result, command, copy, output, root, run, same_text, succeeds};
 use crate::{debian, python};
 use std::fs;
 use std::path::Path;
 
-/// The oldest Node.js that the glTF validator is known to run on.
+/// The oldest Node.js on which the glTF validator is known to run.
 const OLDEST_NODE: u32 = 18;
 
 /// Rust's name for WebAssembly in browsers.
 pub(crate) const WASM: &str = "wasm32-unknown-unknown";
 
-/// Installs system packages, then the Python packages into environments under `target/`, the npm packages into
-/// `target/node`, and Rust's target for browsers.
+/// Installs system packages, then the Python packages into environments under `target/`, the npm packages
+/// into `target/node`, and Rust's target for browsers.
 pub(crate) fn setup() -> Result {
     system_packages()?;
     debian::swiftshader()?;

@@ -7,7 +7,7 @@ use crate::run::Result;
 pub(crate) struct Steps(Vec<(&'static str, Spent)>);
 
 impl Steps {
-    /// Does a step, and keeps its time whether it succeeds or not.
+    /// Does a step, and keeps its time in success and failure.
     pub(crate) fn step<T>(&mut self, name: &'static str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         eprintln!("\n── {name}");
         let (outcome, spent) = timed(work);

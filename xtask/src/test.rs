@@ -2,24 +2,25 @@
 use crate::programs::{Program, Runs, build};
 use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
-use crate::{debian, deny, library, package, setup};
+use crate::{debian, deny, library, package, prose, setup};
 use std::process::Command;
 
 /// The whole workspace, for any of cargo's commands.
 pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
 
-/// The test program that runs under Vulkan's validation layer. The layer keeps memory of its own, so that sessions do not leak is for
-/// the others to say, which run without it.
+/// The test program that runs under Vulkan's validation layer. The layer keeps memory of its own. Tests for
+/// leaking sessions therefore run in other programs without it.
 const VALIDATED: &str = "devices";
 
-/// The test program that runs beside the others. It waits much: for the last crate of the pages, which one processor compiles, and for
-/// a browser.
+/// The test program that runs at the same time as the others. It waits a lot: for the pages' last crate,
+/// which one processor compiles, and for a browser.
 const BESIDE: &str = "browser";
 
-/// Makes every skipped test a failure. The tests know it too, and say which of them it is.
+/// Makes every skipped test a failure. The tests read the variable too, and name the skipped one.
 const FORBID_SKIPS: &str = "RHYTID_FORBID_SKIPS";
 
-/// Sets up, then runs every check, stopping at the first step that fails; prints the time of each step and each test program.
+/// Sets up, then runs every check, and stops at the first step that fails. Prints the time of each step and
+/// each test program.
 pub(crate) fn test() -> Result {
     let mut steps = Steps::default();
     let mut runs = Runs::default();
@@ -33,6 +34,7 @@ pub(crate) fn test() -> Result {
 fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("setup", setup::setup)?;
     steps.step("format", format)?;
+    steps.step("prose", prose::prose)?;
     steps.step("lints", lints)?;
     steps.step("documentation", documentation)?;
     steps.step("dependencies", deny::deny_where_installed)?;
@@ -42,7 +44,7 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("packages", package::package)
 }
 
-/// Every test program, and the documentation's examples.
+/// Runs every test program, and the documentation's examples.
 fn tests(programs: &[Program], runs: &mut Runs) -> Result {
     for target in [VALIDATED, BESIDE] {
         if !programs.iter().any(|program| program.target == target) {
@@ -77,29 +79,29 @@ fn run_each(programs: &[&Program], runs: &mut Runs) -> Result {
     Ok(())
 }
 
-/// A second Vulkan driver, beside those that the loader finds by itself; and what drivers have compiled is where the program's own
-/// tests have it.
+/// Adds a second Vulkan driver to those that the loader finds. Compiled drivers are cached where the
+/// program's own tests cache them.
 fn with_drivers(command: &mut Command) {
     let target = root().join("target/tmp");
     command.env("VK_ADD_DRIVER_FILES", debian::SWIFTSHADER_ICD);
     command.env("MESA_SHADER_CACHE_DIR", &target).env("POCL_CACHE_DIR", target.join("pocl"));
 }
 
-/// Formatting as `rustfmt.toml` has it.
+/// Checks the formatting by `rustfmt.toml`.
 pub(crate) fn format() -> Result {
     component("fmt", "rustfmt")?;
     run(cargo(&["fmt", "--all", "--check"])).map_err(|e| format!("{e}: run `cargo fmt --all`"))
 }
 
-/// No warning of the compiler's or Clippy's, in any target.
+/// Allows no warning of the compiler or Clippy, in any target.
 pub(crate) fn lints() -> Result {
     component("clippy", "clippy")?;
     run(cargo(&[&["clippy"], &WORKSPACE[..], &["--all-targets", "--", "-D", "warnings"]].concat()))
 }
 
-/// No warning of rustdoc's, a link that leads nowhere among them.
+/// Allows no warning of rustdoc, including broken links.
 pub(crate) fn documentation() -> Result {
-    // With the examples, dependencies have the features that they have in the lints, which have checked them.
+    // With the examples, dependencies have the same features as in the lints, which have compiled them.
     let targets = ["--lib", "--bins", "--examples"];
     let mut doc = cargo(&[&["doc", "--no-deps"], &WORKSPACE[..], &targets].concat());
     doc.env("RUSTDOCFLAGS", "-D warnings");
@@ -114,7 +116,7 @@ fn component(subcommand: &str, component: &str) -> Result {
     Err(format!("`cargo {subcommand}` is missing: run `rustup component add {component}`"))
 }
 
-/// An error where tests failed, where none passed, and where some were skipped though none may be.
+/// An error if tests failed, if none passed, or if some were skipped and none may be.
 pub(crate) fn outcome(runs: &Runs) -> Result {
     let forbids_skips = std::env::var_os(FORBID_SKIPS).is_some_and(|value| !value.is_empty());
     match (runs.passed(), runs.failed(), runs.skipped()) {

@@ -1,9 +1,9 @@
-//! The library's texts name neither a flag nor a command of the program: who calls the library may be another one. `crates/cli/src/remedy.rs` says
-//! which flag remedies what.
+//! The library's texts name no flag and no command of the program, since another program may call the
+//! library. `crates/cli/src/remedy.rs` says which flag remedies what.
 
 use std::path::{Path, PathBuf};
 
-/// What is no flag of this program, and who has it.
+/// Flags that belong to other programs, and these programs.
 const OTHERS: [(&str, &str); 2] = [
     ("--features", "cargo's: a backend that was not built in takes another build"),
     ("--check", "`cargo xtask kernels --check`, which tells contributors how a table is checked"),
@@ -28,7 +28,7 @@ fn commands() -> Vec<String> {
     names.filter(|name| name != "mod").map(|name| name.replace('_', "-")).collect()
 }
 
-/// The Rust files in a folder and below, without those that are tests.
+/// The Rust files in a folder and below, except test files.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
@@ -42,7 +42,7 @@ fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
-/// A text that people may get to read, and its line.
+/// A text that people may read, and its line.
 #[derive(Debug, PartialEq)]
 struct Text<'a> {
     line: usize,
@@ -52,7 +52,7 @@ struct Text<'a> {
 /// The doc comments and the string literals of a source, up to its unit tests.
 fn texts(source: &str) -> Vec<Text<'_>> {
     let end = source.find("#[cfg(test)]\nmod ").or_else(|| source.find("#[cfg(test)]\npub(crate) mod "));
-    // A file whose tests are elsewhere names them above.
+    // A file with its tests in another file names their module earlier.
     let end = end.filter(|at| source[*at..].lines().nth(1).is_some_and(|line| line.ends_with('{')));
     let source = &source[..end.unwrap_or(source.len())];
     let mut texts = Vec::new();
@@ -69,7 +69,7 @@ fn texts(source: &str) -> Vec<Text<'_>> {
     texts
 }
 
-/// How long the first token of `rest` is, as far as it matters here, and where in it a text is.
+/// The length of the first token of `rest`, as far as it matters here, and the range of a text in it.
 fn token(rest: &str) -> (usize, Option<(usize, usize)>) {
     if rest.starts_with("//") {
         let length = rest.find('\n').unwrap_or(rest.len());
@@ -100,13 +100,13 @@ fn token(rest: &str) -> (usize, Option<(usize, usize)>) {
         let to = end.map_or(rest.len(), |end| end + 1);
         return ((to + 1).min(rest.len()), Some((1, to)));
     }
-    // A quote as a character.
+    // A quote as a character literal.
     for quote in ["'\"'", "'\\\"'"] {
         if rest.starts_with(quote) {
             return (quote.len(), None);
         }
     }
-    // An identifier in one piece: its last letter begins no raw string.
+    // An identifier in one piece, since its last letter begins no raw string.
     let word = rest.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(rest.len());
     (word.max(rest.chars().next().map_or(1, char::len_utf8)), None)
 }

@@ -1,11 +1,11 @@
-//! The layers of ARCHITECTURE.md, as cargo sees them: the page is the list, and this its check.
+//! The layers of ARCHITECTURE.md, compared with cargo's dependencies. The page is the list.
 
 use serde_json::Value;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Crates of the workspace that are no part of the map: chores, examples and measurements, on which nobody depends.
+/// Crates outside the map: chores, examples and measurements. No crate depends on them.
 const BESIDE: [&str; 5] = ["examples", "peers", "xtask", "xtask-kernels", "xtask-web"];
 
 fn root() -> PathBuf {
@@ -25,7 +25,7 @@ fn layers() -> BTreeMap<String, usize> {
     layers
 }
 
-/// The crates of the workspace, and those of them that each depends on: not for its tests.
+/// The crates of the workspace and their dependencies within it, without those of tests.
 fn crates() -> BTreeMap<String, Vec<String>> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let metadata = ["metadata", "--no-deps", "--offline", "--format-version", "1"];
@@ -62,7 +62,7 @@ fn every_crate_depends_on_layers_above_its_own_alone() {
     }
 }
 
-/// What the page says holds an invariant is there.
+/// The tests that the page names for an invariant exist.
 #[test]
 fn what_holds_the_invariants_is_there() {
     let page = std::fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap();

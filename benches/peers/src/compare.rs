@@ -1,9 +1,9 @@
 //! The comparison of a peer's results with ours.
 //!
-//! Positions are compared with Rhytid's. Where two examples look nearly the same to a vertex, its RBF weights are large and
-//! of opposite sign, and the method's sum cancels: there, rounding in float32 is allowed for. Normals are compared with the
-//! float64 twin's of the peer's own positions: where triangles are small, positions that differ by nearly nothing have other
-//! normals.
+//! Positions are compared with Rhytid's. Where two examples look nearly the same to a vertex, its RBF weights
+//! are large and of opposite sign. The method's sum cancels there, so rounding in float32 is allowed for.
+//! Normals are compared with the float64 reference's for the peer's own positions. Where triangles are small,
+//! positions with tiny differences have other normals.
 use crate::folder::read_array;
 use crate::ours::Ours;
 use crate::times::What;
@@ -15,17 +15,18 @@ use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use serde::Serialize;
 use std::path::Path;
 
-/// What positions may differ by, as a share of the largest displacement, and normals, which are of length 1.
+/// Largest difference of positions, as a share of the largest displacement, and of normals, whose length is
+/// 1.
 pub(crate) const TOLERANCE: f64 = 1e-4;
 
-/// What rounding may do to each of two sums `Σ_j w_vj r_j`, as a share of `Σ_j ‖w_vj‖ r_j`.
+/// Rounding error of each of two sums `Σ_j w_vj r_j`, as a share of `Σ_j ‖w_vj‖ r_j`.
 const ROUNDING: f64 = 2.0 * f32::EPSILON as f64;
 
 /// The largest differences found, in the units of [`TOLERANCE`].
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub(crate) struct Differences {
     pub positions: f64,
-    /// Positions that differ by more than [`TOLERANCE`], which rounding alone explains.
+    /// Positions that differ by more than [`TOLERANCE`] through rounding alone.
     pub rounded: usize,
     pub normals: f64,
 }
@@ -40,7 +41,7 @@ impl Differences {
     }
 }
 
-/// What peers are compared with.
+/// The results with which peers are compared.
 pub(crate) struct Checker<'a> {
     rig: &'a Rig,
     vertex_triangles: VertexTriangles,
@@ -55,12 +56,12 @@ struct Expected {
     strains: Vec<f32>,
     /// Frames × V.
     positions: Vec<[f32; 3]>,
-    /// How far a vertex is from rest at most.
+    /// The largest distance of a vertex from rest.
     largest_displacement: f64,
 }
 
 impl<'a> Checker<'a> {
-    /// Takes Rhytid's results as the expected ones, having checked their own normals.
+    /// Takes Rhytid's results as the expected ones, after a check of their normals.
     ///
     /// # Errors
     /// [`Error::Input`] if nothing moves; [`Error::Internal`] if the normals are wrong.
@@ -80,7 +81,7 @@ impl<'a> Checker<'a> {
         Ok(checker)
     }
 
-    /// Compares what the peer called `name` wrote into `folder`.
+    /// Compares the files that the peer `name` wrote into `folder`.
     ///
     /// # Errors
     /// [`Error::Internal`] with the vertex that differs most, if one differs by more than [`TOLERANCE`].
@@ -131,7 +132,7 @@ impl<'a> Checker<'a> {
         per_frame.try_reduce(Differences::default, |a, b| Ok(a.and(b)))
     }
 
-    /// What rounding may make of vertex `v`'s detail at the strains `f`, mesh units.
+    /// The rounding error of vertex `v`'s detail at the strains `f`, in mesh units.
     fn rounding(&self, v: usize, f: &[f32]) -> f64 {
         let (influences, fine_scale) = (self.rig.influences(), self.rig.fine_scale());
         let edges = StrainEdgeId::numbers(influences.edges.row(v));
@@ -163,10 +164,11 @@ fn vectors(numbers: &[f32]) -> Vec<[f32; 3]> {
     numbers.as_chunks().0.to_vec()
 }
 
-/// Of each vector of `found` from that of `expected`.
+/// The distance of each vector of `found` from that of `expected`.
 ///
 /// # Errors
-/// [`Error::Internal`] that begins with `what` and names the furthest one, if one is further than `allowed` or no number.
+/// [`Error::Internal`] that begins with `what` and names the farthest vector, if it is farther than `allowed`
+/// or not a number.
 fn distances(
     what: &str,
     found: &[[f64; 3]],
@@ -193,7 +195,7 @@ mod tests {
     use crate::{FRAMES, folder, rig};
     use rhytid_core::{BasisStorage, NoProgress};
 
-    /// What a faultless peer would write, changed by `fault`, and what becomes of it.
+    /// The result of the check for a faultless peer whose output is changed by `fault`.
     fn check(fault: impl FnOnce(&mut [[f32; 3]], &mut [[f32; 3]])) -> Result<Differences> {
         let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress)?.rounded()?;
         let handles = rig::handles_over_time(&rig, FRAMES)?;

@@ -1,4 +1,4 @@
-//! The files by which peers and this program tell each other numbers.
+//! The files through which peers and this program exchange numbers.
 use crate::FRAMES;
 use npyz::{AutoSerialize, NpyFile, WriteOptions, WriterBuilder};
 use rhytid_core::{Error, Result, Rig, Table, VertexId};
@@ -7,8 +7,8 @@ use std::io::{BufReader, BufWriter};
 use std::path::Path;
 use tempfile::TempDir;
 
-/// Writes the arrays of `rig` that a frame needs, under their names in the rig file, and `handles_over_time`, into a
-/// folder that is removed when it is dropped.
+/// Writes the arrays of `rig` that a frame needs, under their names in the rig file, and `handles_over_time`.
+/// The folder is removed when it is dropped.
 pub(crate) fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
     let folder = tempfile::tempdir().map_err(Error::io(&std::env::temp_dir()))?;
     let (surface, handles) = (rig.surface(), rig.handles());

@@ -1,7 +1,7 @@
 //! The same frame in NumPy, Numba and C++, timed in turns with the CPU backend: `cargo xtask bench`.
 //!
-//! Each peer is a process that gets the rig's arrays as files. What it computes must agree with Rhytid before its time is
-//! printed, and every ratio is of times measured beside each other, with as many threads.
+//! Each peer is a process that gets the rig's arrays as files. Its results must agree with Rhytid's before
+//! its time is printed. Every ratio is of times measured side by side, with the same number of threads.
 #![forbid(unsafe_code)]
 
 mod compare;
@@ -31,21 +31,21 @@ const FRAMES: usize = 32;
 #[derive(Parser)]
 #[command(name = "rhytid-peers")]
 struct Args {
-    /// The rig; where there is none, the demo face is solved and kept there.
+    /// The rig. If it does not exist, the demo face is solved and stored there.
     rig: PathBuf,
-    /// About how many vertices that face has.
+    /// About how many vertices the demo face has.
     #[arg(long, value_name = "N", default_value_t = 530_000)]
     vertices: u32,
     /// The Python with the packages of xtask/requirements-peers.txt.
     #[arg(long, value_name = "PROGRAM", default_value = "python3")]
     python: PathBuf,
-    /// Time this peer alone; may be given several times.
+    /// Time only this peer; can be given several times.
     #[arg(long, value_name = "NAME")]
     peer: Vec<Implementation>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
-    /// Compare the ratios to Numba with those stored, and fail if one is lower by more than 15 %.
+    /// Compare the ratios to Numba with the stored ones, and fail if one is lower by more than 15 %.
     #[arg(long, conflicts_with_all = ["peer", "json"])]
     quick: bool,
     /// Store the ratios to Numba instead.
@@ -53,7 +53,7 @@ struct Args {
     store: bool,
 }
 
-/// What was timed, and on what.
+/// The results and the machine.
 #[derive(Serialize)]
 struct Report {
     rig: String,
@@ -73,13 +73,13 @@ struct Report {
 struct Row {
     name: String,
     detail: String,
-    /// Where it and Rhytid differ most, over both kinds of evaluation.
+    /// The largest differences between the peer and Rhytid, over both kinds of evaluation.
     differences: Differences,
     frame: Measured,
     batch: Measured,
 }
 
-/// Medians of what was measured in turns; milliseconds per frame.
+/// Medians of times that were measured in turns; milliseconds per frame.
 #[derive(Serialize)]
 struct Measured {
     peer: Times,

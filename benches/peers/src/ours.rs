@@ -5,7 +5,7 @@ use rhytid_backend_cpu::{Cpu, CpuSession};
 use rhytid_core::{Animator, BasisStorage, Error, Result, Rig, Stage, UploadOptions};
 use std::time::{Duration, Instant};
 
-/// A rig on the CPU backend, and what it is evaluated at.
+/// A rig on the CPU backend, and the handle positions to evaluate.
 pub(crate) struct Ours<'a> {
     animator: Animator<CpuSession>,
     handles: &'a [f32],
@@ -18,7 +18,7 @@ impl<'a> Ours<'a> {
         Ok(Self { animator, handles })
     }
 
-    /// What it is evaluated at: frames × H × 3.
+    /// The handle positions to evaluate: frames × H × 3.
     pub(crate) fn handles(&self, what: What) -> &'a [f32] {
         &self.handles[..self.handles.len() / FRAMES * what.frames()]
     }

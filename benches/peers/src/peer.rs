@@ -1,4 +1,4 @@
-//! A peer: a process that evaluates when it is asked to. `peer.py` says how it is asked, and what it answers.
+//! A peer: a process that evaluates on request. `peer.py` describes the requests and the answers.
 use crate::times::{Side, Times, What};
 use clap::ValueEnum;
 use rhytid_core::{Error, Result};
@@ -26,7 +26,7 @@ impl Implementation {
     /// The slowest first.
     pub(crate) const ALL: [Self; 4] = [Self::Numpy, Self::Numba, Self::Cpp, Self::CppFastMath];
 
-    /// For progress.
+    /// The name for progress messages.
     pub(crate) fn shown(self) -> &'static str {
         match self {
             Self::Numpy => "NumPy …",
@@ -36,12 +36,12 @@ impl Implementation {
         }
     }
 
-    /// The program to start, made first where it must be.
+    /// The program to start. C++ peers are built first.
     fn command(self, folder: &Path, python: &Path) -> Result<Command> {
         let script = |name: &str| {
             let mut command = Command::new(python);
             command.arg(Path::new(SOURCES).join(name)).env("PYTHONDONTWRITEBYTECODE", "1");
-            // Memory of temporary arrays is kept for the next ones: NumPy is half as fast without.
+            // Freed memory is kept for the next arrays. Otherwise NumPy is only half as fast.
             command.env("MALLOC_MMAP_THRESHOLD_", "4294967296").env("MALLOC_TRIM_THRESHOLD_", "8589934592");
             Ok(command)
         };
@@ -75,9 +75,9 @@ pub(crate) struct Peer {
     process: Child,
     questions: ChildStdin,
     answers: BufReader<ChildStdout>,
-    /// What it calls itself.
+    /// The peer's own name.
     pub name: String,
-    /// Versions.
+    /// Versions of its tools.
     pub detail: String,
 }
 
@@ -89,10 +89,11 @@ struct Introduction {
 }
 
 impl Peer {
-    /// Starts it on the arrays in `folder`, and waits until it has evaluated once and written its results there.
+    /// Starts the peer on the arrays in `folder`. Waits until it has evaluated once and written its results
+    /// there.
     ///
     /// # Errors
-    /// [`Error::Input`] if it cannot be started; [`Error::Internal`] if it fails, having said why on stderr.
+    /// [`Error::Input`] if it cannot be started; [`Error::Internal`] if it fails, after a message on stderr.
     pub(crate) fn start(
         implementation: Implementation,
         folder: &Path,
@@ -148,7 +149,7 @@ impl Side for Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        // It is idle, and has nothing to put in order; if it has ended already, so much the better.
+        // The peer is idle and has nothing to clean up. It may have ended already.
         let _ = self.process.kill();
         let _ = self.process.wait();
     }

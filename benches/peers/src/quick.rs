@@ -1,4 +1,4 @@
-//! The ratios to Numba, compared with those that were stored.
+//! The ratios to Numba, compared with the stored ones.
 use crate::{Measured, Report, Row};
 use rhytid_core::{AtomicFile, Error, Result};
 use serde::{Deserialize, Serialize};
@@ -11,10 +11,10 @@ use std::process::Command;
 /// Where the ratios are kept.
 const STORED: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/ratios.json");
 
-/// How much lower than the stored one a ratio may be.
+/// How far a ratio may be below the stored one.
 const ALLOWED_LOSS: f64 = 0.15;
 
-/// How many times as fast Rhytid is as Numba, and where that was measured.
+/// How many times as fast as Numba Rhytid is, and on which machine.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 struct Ratios {
     machine: String,
@@ -22,11 +22,11 @@ struct Ratios {
     date: String,
     vertices: usize,
     peer: String,
-    /// By what is evaluated and how the basis is stored.
+    /// Ratios by the evaluation and the storage of the basis.
     ratios: BTreeMap<String, f64>,
 }
 
-/// Compares `report`, which has Numba alone, with what is stored; with `store`, stores it.
+/// Compares `report`, which has only Numba, with the stored ratios. With `store` it stores them instead.
 ///
 /// # Errors
 /// [`Error::Input`] if nothing comparable is stored, or a ratio is lower than allowed.
@@ -76,7 +76,7 @@ impl Ratios {
     }
 }
 
-/// A table of both; an error names the first ratio that is too low.
+/// A table of both. The error names the first ratio that is too low.
 fn compare(found: &Ratios, stored: &Ratios) -> Result<String> {
     if (found.threads, found.vertices) != (stored.threads, stored.vertices) {
         return Err(Error::mismatch(format!(
@@ -101,7 +101,7 @@ fn compare(found: &Ratios, stored: &Ratios) -> Result<String> {
     Ok(table)
 }
 
-/// As in 2026-01-31.
+/// Today's date, such as 2026-01-31.
 fn today() -> Result<String> {
     let failed = || Error::Internal("`date` does not tell the day".into());
     let output = Command::new("date").args(["-u", "+%F"]).output().map_err(|_| failed())?;

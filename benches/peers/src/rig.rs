@@ -1,9 +1,10 @@
-//! The rig that is evaluated, and at which handle positions.
+//! The rig to evaluate, and its handle positions.
 use rhytid_core::{Error, Face, Method, NoProgress, Result, Rig, rig_file};
 use std::f32::consts::PI;
 use std::path::Path;
 
-/// Reads the rig at `path`; where there is none, solves the demo face of about `vertices` vertices and keeps it there.
+/// Reads the rig at `path`. If it does not exist, solves the demo face of about `vertices` vertices and
+/// stores it there.
 pub(crate) fn at(path: &Path, vertices: u32) -> Result<Rig> {
     if !path.exists() {
         eprintln!("solving the demo face with about {vertices} vertices, once");
@@ -16,7 +17,7 @@ pub(crate) fn at(path: &Path, vertices: u32) -> Result<Rig> {
     rig_file::read(path)
 }
 
-/// The demo face, to be solved by the chapter's method, which is what the peers compute.
+/// The demo face for the chapter's method, which the peers compute.
 pub(crate) fn face(vertices: usize) -> Face {
     let mut face = rhytid_demo::face(vertices);
     face.settings.method = Method::Chapter;

@@ -1,4 +1,4 @@
-//! The tables of what was measured, for people and for programs.
+//! The tables of results, for people and for programs.
 use crate::compare::{Differences, TOLERANCE};
 use crate::times::Times;
 use crate::{FRAMES, Measured, Report, Row};

@@ -2,7 +2,7 @@
 use rhytid_core::Result;
 use serde::{Deserialize, Serialize};
 
-/// How long an evaluation took, by part; milliseconds.
+/// The time of an evaluation by part, in milliseconds.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Times {
     pub large_scale: f64,
@@ -10,27 +10,27 @@ pub(crate) struct Times {
     /// Strain, detail and tangent frames.
     pub detail: f64,
     pub normals: f64,
-    /// Putting frames one after the other, where they were computed side by side.
+    /// Time to put frames one after the other, for peers that compute them side by side.
     #[serde(default)]
     pub rearranging: f64,
     pub whole: f64,
 }
 
 impl Times {
-    /// In the order of the fields.
+    /// The parts in the order of the fields.
     pub(crate) fn parts(&self) -> [f64; 6] {
         let Self { large_scale, large_scale_normals, detail, normals, rearranging, whole } = *self;
         [large_scale, large_scale_normals, detail, normals, rearranging, whole]
     }
 
-    /// From the order of the fields.
+    /// A value from the parts in the order of the fields.
     fn from_parts(parts: [f64; 6]) -> Self {
         let [large_scale, large_scale_normals, detail, normals, rearranging, whole] = parts;
         Self { large_scale, large_scale_normals, detail, normals, rearranging, whole }
     }
 }
 
-/// What is evaluated: the first frame, or all.
+/// The frames to evaluate: the first one, or all.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum What {
     Frame,
@@ -38,7 +38,7 @@ pub(crate) enum What {
 }
 
 impl What {
-    /// As peers are asked for it, and as their files' names begin.
+    /// The name in requests to peers, and the beginning of their files' names.
     pub(crate) fn name(self) -> &'static str {
         match self {
             What::Frame => "frame",
@@ -54,12 +54,12 @@ impl What {
     }
 }
 
-/// One that evaluates.
+/// A program that evaluates frames.
 pub(crate) trait Side {
     /// Evaluates once more.
     ///
     /// # Errors
-    /// As the side has them.
+    /// The errors of the side.
     fn evaluate(&mut self, what: What) -> Result<Times>;
 }
 
@@ -68,21 +68,22 @@ pub(crate) trait Side {
 pub(crate) struct Schedule {
     what: What,
     rounds: usize,
-    /// Evaluations at the beginning of each turn that are not counted: others had the caches before.
+    /// Evaluations at the beginning of each turn that are not counted, since other sides had the caches
+    /// before.
     uncounted: usize,
     counted: usize,
 }
 
 /// One frame.
 pub(crate) const FRAME: Schedule = Schedule { what: What::Frame, rounds: 8, uncounted: 1, counted: 5 };
-/// A batch, long enough that its beginning does not matter.
+/// A batch. It is long enough that its beginning does not matter.
 pub(crate) const BATCH: Schedule = Schedule { what: What::Batch, rounds: 5, uncounted: 0, counted: 1 };
 
-/// The medians of `sides`, per frame, each part's for itself. They take turns, so that whatever else happens on the
-/// machine happens to all.
+/// The medians of `sides` per frame, for each part by itself.
+/// The sides take turns, so that other work on the machine affects all of them.
 ///
 /// # Errors
-/// The first of a side.
+/// The first error of a side.
 pub(crate) fn in_turns<const N: usize>(
     sides: &mut [&mut dyn Side; N],
     schedule: Schedule,
@@ -105,7 +106,7 @@ pub(crate) fn in_turns<const N: usize>(
     }))
 }
 
-/// Of an even number of values, the lower one in the middle; of none, NaN.
+/// The median. Of an even number of values it is the lower one in the middle; of none, NaN.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len().saturating_sub(1) / 2).copied().unwrap_or(f64::NAN)
@@ -133,7 +134,7 @@ mod tests {
         let (mut a, mut b) = (Counting('a', 0.0, &order), Counting('b', 1000.0, &order));
         let [a, b] = in_turns(&mut [&mut a, &mut b], schedule).unwrap();
         assert_eq!(order.into_inner(), "aaabbbaaabbb");
-        // a took 10, then 20 and 30; 40, then 50 and 60.
+        // Turns of a: 10, then 20 and 30; 40, then 50 and 60.
         assert_eq!((a.whole, b.whole), (30.0, 1030.0));
     }
 

@@ -4,10 +4,10 @@ use crate::{COMMIT, DeviceReport, Suite};
 use rhytid_core::Stage;
 use serde::Serialize;
 
-/// What a run found.
+/// The results of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Report {
-    /// Of this program.
+    /// The version of this program.
     pub version: &'static str,
     /// [`COMMIT`].
     pub commit: &'static str,
@@ -15,7 +15,8 @@ pub struct Report {
     pub suite: Suite,
     /// `linux x86_64`.
     pub system: String,
-    /// What all cores together read from memory in this run, in bytes a second; `None` where that was not measured, as in a browser.
+    /// Bytes a second that all cores together read from memory in this run. `None` where it was not measured,
+    /// as in a browser.
     pub memory_bandwidth: Option<f64>,
     /// One for each device.
     pub devices: Vec<DeviceReport>,
@@ -32,7 +33,7 @@ pub struct StageSummary {
     pub kernel: &'static str,
     /// Cases that were compared.
     pub cases: usize,
-    /// The largest part of what is allowed.
+    /// The largest difference as a part of its bound.
     pub part_of_bound: f64,
     /// The largest difference, see [`crate::Measured::ulp`].
     pub ulp: Option<f64>,
@@ -63,7 +64,7 @@ impl Report {
         }
     }
 
-    /// Whether all devices may be trusted and no backend is missing that was asked for.
+    /// Whether all devices may be trusted and no required backend is missing.
     pub fn passed(&self) -> bool {
         self.devices.iter().all(DeviceReport::passed)
             && self.without_device.iter().all(Outcome::is_acceptable)
@@ -72,13 +73,13 @@ impl Report {
 }
 
 impl DeviceReport {
-    /// Each stage over all cases but the canaries, in the order of [`Stage::ALL`].
+    /// Each stage over all cases except the mutants, in the order of [`Stage::ALL`].
     pub fn summary(&self) -> [StageSummary; 6] {
         Stage::ALL.map(|stage| {
             let name = stage_name(stage);
             let of_stage = || {
                 let outcomes = self.outcomes.iter().filter(move |o| o.stage == Some(name));
-                outcomes.filter(|o| !o.name.ends_with("/canary"))
+                outcomes.filter(|o| !o.name.ends_with("/mutant"))
             };
             let measured = || of_stage().filter_map(|o| o.measured);
             let largest = |numbers: &mut dyn Iterator<Item = f64>| numbers.reduce(f64::max);
@@ -96,7 +97,7 @@ impl DeviceReport {
         })
     }
 
-    /// What is not a pass.
+    /// The outcomes other than a pass.
     pub(super) fn exceptions(&self) -> impl Iterator<Item = &Outcome> {
         self.outcomes.iter().filter(|outcome| outcome.verdict != Verdict::Pass)
     }

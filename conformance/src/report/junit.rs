@@ -29,7 +29,7 @@ pub(super) fn write(report: &Report) -> Result<String, SerializeError> {
     junit.to_string()
 }
 
-/// JUnit knows passed, failed and skipped: the word itself is the type.
+/// JUnit has only passed, failed and skipped. The verdict's own word is the type.
 fn test_case(outcome: &Outcome) -> TestCase {
     let mut status = match outcome.verdict {
         Verdict::Pass => TestCaseStatus::success(),

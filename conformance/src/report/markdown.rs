@@ -40,30 +40,32 @@ fn page(report: &Report, out: &mut String) -> std::fmt::Result {
     }
     writeln!(
         out,
-        "\n`of bound` is the largest difference from the float64 twin as a part of what rounding may do (at most 1 passes).\n\
-         `ulp` is the largest difference in units in the last place of the stage's largest number (of 1 for normals, of at\n\
-         least 1 for strains), where rounding leaves the number determined at all; `mm` the same in millimetres. `ms` and\n\
-         `GB/s` are the device's own time for one frame of the face that the benchmark measures (530,000 vertices, 89\n\
-         handles, six examples, the learned method), and the bytes that the stage must move over that time."
+        "\nHow to read the tables:\n\n\
+         - `of bound` is the largest difference from the float64 reference, as a part of what rounding may do. At most 1\n  \
+           passes.\n\
+         - `ulp` is the largest difference in units in the last place of the stage's largest number (of 1 for normals, of\n  \
+           at least 1 for strains). It is given where rounding leaves the number determined at all. `mm` is the same in\n  \
+           millimetres.\n\
+         - `ms` is the device's own time for one frame of the face that the benchmark measures: 530,000 vertices, 89\n  \
+           handles, six examples, the learned method. `GB/s` is what the stage must move in that time.\n\
+         - A *software driver* is a GPU's API with the processor behind it. It says what the kernels and the driver\n  \
+           compute. It says nothing about how fast or how exact a GPU is."
     )?;
     for device in &report.devices {
         section(device, out)?;
     }
-    writeln!(out, "\n## What is allowed\n\n| stage | bound, with ε = 2⁻²³ |\n| --- | --- |")?;
+    writeln!(out, "\n## What is allowed\n\nThe bound of each stage, with ε = 2⁻²³:\n\n```text")?;
     for stage in Stage::ALL {
-        writeln!(out, "| {} | {} |", crate::stage_name(stage), cell(tolerance::in_words(stage)))?;
+        writeln!(out, "{}: {}", crate::stage_name(stage), tolerance::in_words(stage))?;
     }
-    Ok(())
+    writeln!(out, "```")
 }
 
 fn section(report: &DeviceReport, out: &mut String) -> std::fmt::Result {
     let info = &report.device;
     writeln!(out, "\n## {}\n", report.label)?;
     let kind = match info.kind {
-        _ if report.software_driver => {
-            "**This is a software driver**: a GPU's API with the processor behind it. It says what the kernels and the \
-             driver compute, and nothing about how fast or how exact a GPU is."
-        }
+        _ if report.software_driver => "**This is a software driver.**",
         DeviceKind::Cpu => "The processor.",
         DeviceKind::IntegratedGpu => "An integrated GPU.",
         DeviceKind::DiscreteGpu => "A discrete GPU.",

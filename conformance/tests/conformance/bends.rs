@@ -1,11 +1,12 @@
-//! Sheets and tubes made in code, bent: how far the shell is from what is right, with its handles turning, and refined.
+//! Bent sheets and tubes made in code: how far the shell is from the exact shape, with turning handles and
+//! refined.
 use rhytid_conformance::{Numbers, evaluate};
 use rhytid_core::{Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, UpAxis, VertexId};
 use rhytid_kernels::vec3;
 use rhytid_solve::{Refine, solve};
 use std::f64::consts::{PI, TAU};
 
-/// A body at rest, 8 long, and how its positions are bent.
+/// A body at rest, 8 long, and the function that bends its positions.
 struct Body {
     name: &'static str,
     face: Face,
@@ -29,7 +30,7 @@ fn face(positions: Vec<[f64; 3]>, triangles: &[[u32; 3]], vertices: Vec<u32>) ->
     }
 }
 
-/// 8 × 4, of 49 × 25 vertices with 20 handles, rolled over an angle: no length on it changes.
+/// An 8 × 4 sheet of 49 × 25 vertices with 20 handles, rolled over an angle. No length on it changes.
 fn sheet(angle: f64) -> Body {
     let at = |i: u32, j: u32| i * 25 + j;
     let grid = (0..49).flat_map(|i| (0..25).map(move |j| (i, j)));
@@ -49,7 +50,7 @@ fn sheet(angle: f64) -> Body {
     Body { name: "sheet", face: face(positions, &triangles, handles), bent }
 }
 
-/// Of radius 1, of 33 rings of 48 vertices with 20 handles, its middle line bent to an arc.
+/// A tube of radius 1: 33 rings of 48 vertices with 20 handles. Its middle line is bent to an arc.
 fn cylinder(angle: f64) -> Body {
     let at = |i: u32, j: u32| i * 48 + j % 48;
     let grid = (0..33).flat_map(|i| (0..48).map(move |j| (i, TAU * f64::from(j) / 48.0)));
@@ -79,7 +80,8 @@ impl Body {
         self.face.handles.vertices.iter().map(|&v| self.bent[v.index()]).collect()
     }
 
-    /// RMS and worst distance from what is right, and the mean and worst change of an area and of an edge, in percent.
+    /// RMS and largest distance from the exact shape, and the mean and largest change of an area and of an
+    /// edge, in percent.
     fn errors(&self, rig: &Rig<f64>, found: &[[f64; 3]]) -> [f64; 6] {
         let off: Vec<f64> =
             found.iter().zip(&self.bent).map(|(x, y)| vec3::length(vec3::sub(*x, *y))).collect();
@@ -111,7 +113,7 @@ impl Body {
     }
 }
 
-/// What `docs/method.md` has of bends.
+/// The figures about bends in `docs/method.md`.
 #[test]
 fn handles_that_turn_bend_several_times_as_well_and_refined_still_better() {
     for (body, angle) in [(cylinder as fn(f64) -> Body, 90.0f64), (sheet, 90.0), (sheet, 180.0)] {
@@ -130,20 +132,21 @@ fn handles_that_turn_bend_several_times_as_well_and_refined_still_better() {
         assert!(turning[0] < 0.45 * plain[0] && turning[1] < 0.45 * plain[1]);
         assert!(refined[0] < 0.9 * turning[0] && refined[1] < 0.9 * turning[1]);
         if body.name == "sheet" {
-            // Nothing on it is stretched.
+            // The exact shape has no stretch.
             assert!((2..6).all(|i| turning[i] < 0.8 * plain[i] && refined[i] < 0.5 * turning[i]));
         }
     }
 }
 
-/// Without resistance to bending it is Sorkine's and Alexa's: here is where libigl's (`ARAP_ENERGY_TYPE_SPOKES`, 3000 steps) has five vertices.
+/// Without resistance to bending the method is Sorkine's and Alexa's. The values are libigl's for five
+/// vertices (`ARAP_ENERGY_TYPE_SPOKES`, 3000 steps).
 #[test]
 fn without_bending_it_is_as_rigid_as_libigls() {
     let body = sheet(PI);
     let rig = body.rig(true);
     let refine = Refine::with_bending_length(&rig, 0.0, &NoProgress).unwrap();
     let mut positions = evaluate(&rig, &body.handles()).positions;
-    // At least a step at a time: it creeps at the end.
+    // At least one step at a time, since it converges slowly at the end.
     for _ in 0..2000 {
         refine.frame(&body.handles(), &mut positions);
     }

@@ -1,4 +1,4 @@
-//! What a real take does that its examples do not show, against a plain computation.
+//! The parts of a real take that its examples do not show, compared with a plain computation.
 
 use crate::support::real::{clean_take, solved_face};
 use rhytid_capture::coverage::coverage;
@@ -73,13 +73,13 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
         assert!(found.distances[number] < 0.02 * found.spacing.unwrap(), "{}", example.name);
     }
 
-    // The scan that was asked for would be at the top no more, and leave less to be asked for.
+    // Once scanned, the first expression leaves the top of the list, and fewer frames are uncovered.
     let scanned = changed(rig, |r| {
         let (vertices, centers, handles) = (r.surface.rest.len(), r.examples.len() + 2, r.handles.len());
         r.examples.names.push("scan".into());
         let features = [r.fine_scale.pose_features.as_slice(), &all[first.frame]].concat();
         r.fine_scale.pose_features = Table::new(centers, r.handles.strain_edges.len(), features);
-        // How its edges stretch is all that is asked of it.
+        // Only the strains of its edges matter.
         r.fine_scale.rbf_weights = Table::filled(vertices, centers, [0.0; 3]);
         r.examples.handles = Table::filled(centers - 1, handles, [0.0; 3]);
         r.learned = None;
@@ -91,7 +91,7 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
     let mean = |distances: &[f64]| distances.iter().sum::<f64>() / distances.len() as f64;
     assert!(mean(&then.distances) < mean(&found.distances));
 
-    // The edge that goes farthest is beyond every example in its frame, and no edge of any frame farther.
+    // The edge that goes farthest is beyond every example in its frame. No edge of any frame goes farther.
     let edge = &found.edges[0];
     let over = |s: f64, e: usize| {
         let (low, high) =

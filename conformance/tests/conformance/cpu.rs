@@ -1,4 +1,5 @@
-//! The CPU backend has the bits of the kernels' f32 twins, and the reference is the f64 twin.
+//! The CPU backend has the bits of the kernels' f32 references. The expected values are those of the kernels
+//! in f64.
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::Expected;
 use rhytid_conformance::reference::{Found, reference};
@@ -11,7 +12,7 @@ fn cpu() -> Cpu {
     Cpu::open(&Cpu::devices().unwrap()[0]).unwrap()
 }
 
-/// All cases whose basis is stored as it is, but the chapter's.
+/// All cases with an f32 basis, except the chapter's.
 fn plain_cases() -> Vec<Case> {
     let mut cases = cases(Suite::Full);
     cases.retain(|case| !case.large && case.options.basis == BasisStorage::F32);
@@ -20,27 +21,27 @@ fn plain_cases() -> Vec<Case> {
 }
 
 #[test]
-fn every_stage_has_the_bits_of_the_f32_twin() {
+fn every_stage_has_the_bits_of_the_f32_reference() {
     for case in plain_cases() {
         let built = case.build();
         let mut animator = Animator::new(&cpu(), &built.rig, case.options).unwrap();
         animator.evaluate(&built.handle_positions).unwrap();
-        let twin = evaluate(&built.rig, built.handle_positions.as_chunks().0);
+        let reference = evaluate(&built.rig, built.handle_positions.as_chunks().0);
         for stage in Stage::ALL {
             let mut found = Vec::new();
             animator.read(stage, &mut found).unwrap();
             let bits = |numbers: &[f32]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
             assert!(
-                bits(&found) == bits(twin.stage(stage)),
-                "{}: {stage:?} differs from its twin",
+                bits(&found) == bits(reference.stage(stage)),
+                "{}: {stage:?} differs from its reference",
                 case.name
             );
         }
     }
 }
 
-/// Each kernel's f64 twin on the inputs that `found` has for it.
-fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
+/// Each kernel's f64 reference for the inputs that `found` has.
+fn kernel_of(found: &Found, stage: Stage) -> Vec<f64> {
     let (rig, frames) = (&found.rig, found.frames());
     let vertices = rig.vertices();
     let widened = |stage| found.stage(stage).iter().map(|&x| f64::from(x)).collect::<Vec<_>>();
@@ -89,12 +90,13 @@ fn twin_of(found: &Found, stage: Stage) -> Vec<f64> {
     out.into_flattened()
 }
 
-/// The references compute their sums themselves, for the bounds; their values must be the twins' all the same.
+/// The expected values have sums of their own, for the bounds. Their values must still equal the kernels' f64
+/// references.
 #[test]
-fn the_reference_is_the_f64_twin() {
+fn the_expected_values_are_those_of_the_f64_kernels() {
     for case in plain_cases() {
         let built = case.build();
-        let twin = evaluate(&built.rig, built.handle_positions.as_chunks().0);
+        let results = evaluate(&built.rig, built.handle_positions.as_chunks().0);
         let found = Found {
             rig: built.rig.widened(),
             basis: BasisStorage::F32,
@@ -105,15 +107,19 @@ fn the_reference_is_the_f64_twin() {
                 .iter()
                 .map(|p| p.map(f64::from))
                 .collect(),
-            stages: Stage::ALL.map(|stage| twin.stage(stage).to_vec()),
+            stages: Stage::ALL.map(|stage| results.stage(stage).to_vec()),
         };
         for stage in Stage::ALL {
             let expected = reference(&found, stage);
-            // Some sums are in another order, or written in another way: in f64 that is next to nothing.
-            let same = |(e, twin): (&Expected, &f64)| (e.value - twin).abs() <= 1e-6 * e.bound;
-            let twin = twin_of(&found, stage);
-            assert_eq!(expected.len(), twin.len());
-            assert!(expected.iter().zip(&twin).all(same), "{}: {stage:?} is not the twin's", case.name);
+            // Some sums have another order or form, which matters very little in f64.
+            let same = |(e, value): (&Expected, &f64)| (e.value - value).abs() <= 1e-6 * e.bound;
+            let values = kernel_of(&found, stage);
+            assert_eq!(expected.len(), values.len());
+            assert!(
+                expected.iter().zip(&values).all(same),
+                "{}: {stage:?} is not the reference's",
+                case.name
+            );
             assert!(
                 expected.iter().all(|e| e.bound > 0.0 && e.bound.is_finite()),
                 "{}: {stage:?}",

@@ -1,9 +1,9 @@
-//! What is said of a vertex is what it does: the parts of an explanation add up to what the twin evaluates.
+//! An explanation of a vertex is complete: its parts add up to what the reference evaluates.
 
 use rhytid_conformance::evaluate;
 use rhytid_core::{Face, FoldStrains, HandleId, HandleShare, LearnedSettings, Method, NoProgress, Rig};
 
-/// The demo's rig by each method whose folds are another function.
+/// The demo's rig by each method with another function for its folds.
 fn rigs() -> (Face, Vec<(&'static str, Rig)>) {
     let face = rhytid_demo::face(1_500);
     let lengths = LearnedSettings { fold_strains: FoldStrains::Lengths, ..LearnedSettings::default() };
@@ -27,14 +27,14 @@ fn the_examples_parts_are_the_detail() {
     let (face, rigs) = rigs();
     let take = rhytid_demo::performance(&face);
     for (name, rig) in rigs {
-        let twin_rig: Rig<f64> = rig.widened();
+        let wide_rig: Rig<f64> = rig.widened();
         let positions = take.handle_positions(&rig.handles().labels).unwrap();
         let frames = positions.chunks_exact(3 * rig.handles().vertices.len());
         let mut largest = 0.0_f64;
         for frame in frames.step_by(60) {
             let (handles, _) = frame.as_chunks::<3>();
             let widened: Vec<[f64; 3]> = handles.iter().map(|p| p.map(f64::from)).collect();
-            let detail = evaluate(&twin_rig, &widened).detail;
+            let detail = evaluate(&wide_rig, &widened).detail;
             for v in (0..rig.vertices()).step_by(7) {
                 let fold = rig.explain(v, handles).unwrap().fold();
                 let off = size([0, 1, 2].map(|c| fold[c] - detail[v][c]));
@@ -58,7 +58,7 @@ fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
         let rest: Vec<[f32; 3]> =
             rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
         let explanation = rig.explain(v, &rest).unwrap();
-        // The chapter's weights cancel there, but for what their ridge leaves.
+        // The chapter's weights cancel there, up to their ridge.
         let fold = size(explanation.fold());
         let most = if name == "chapter" { 1e-3 } else { 1e-6 };
         assert!(explanation.from_rest < 1e-6 && fold < most, "{name}: {fold}, {explanation:?}");

@@ -31,7 +31,7 @@ struct Expected {
     basis: Vec<Vec<f64>>,
     influence_weights: Vec<Vec<f64>>,
     influence_edges: Vec<Vec<u32>>,
-    /// The vectors' own name.
+    /// The vectors' own name of this key.
     #[serde(rename = "frame_neighbors")]
     tangent_neighbors: Vec<u32>,
     pose_features: Vec<Vec<f64>>,
@@ -50,7 +50,7 @@ struct Frame {
 }
 
 impl Expected {
-    /// From the nearest edge first, as the vectors have them, to ascending indices, as rigs have them.
+    /// Sorts from the vectors' order, the nearest edge first, to the rigs' order, ascending indices.
     fn sort_influences(&mut self) {
         for (edges, weights) in self.influence_edges.iter_mut().zip(&mut self.influence_weights) {
             let mut both: Vec<_> = edges.iter().copied().zip(weights.iter().copied()).collect();
@@ -60,12 +60,12 @@ impl Expected {
     }
 }
 
-/// Every golden case, and the number that there must be.
+/// Every golden case. Their number is fixed.
 fn cases() -> Vec<(String, Case)> {
     let Some(shared) = shared("") else { return Vec::new() };
     let mut paths: Vec<_> =
         std::fs::read_dir(shared.join("golden")).unwrap().map(|entry| entry.unwrap().path()).collect();
-    // Others beside them are of other methods.
+    // The other files belong to other methods.
     paths.retain(|path| path.file_name().unwrap().to_string_lossy().starts_with("case-"));
     paths.sort();
     assert_eq!(paths.len(), 3, "golden cases found: {paths:?}");
@@ -190,7 +190,7 @@ fn handle_frames(case: &Case) -> Vec<[f64; 3]> {
 }
 
 #[test]
-fn every_stage_of_the_f64_twin_is_within_1e_9() {
+fn every_stage_of_the_f64_reference_is_within_1e_9() {
     for (name, case) in cases() {
         let results = evaluate(&solve_case(&case), &handle_frames(&case));
         for (stage, expected) in expected_stages(&case) {
@@ -219,7 +219,8 @@ fn every_stage_of_the_cpu_backend_is_within_2e_5() {
                     (bounding_box_diagonal(&case.rest), 2e-5)
                 }
                 Stage::LargeScaleNormals | Stage::Normals => (1.0, 1e-4),
-                // A strain is a ratio of lengths: what f32 makes of coordinates of the size of the mesh.
+                // A strain is a ratio of lengths. The error comes from f32 coordinates of the size of the
+                // mesh.
                 Stage::Strain => (1.0, 2e-5),
             };
             let error = worst_difference(&found, &expected).size / scale;

@@ -1,5 +1,5 @@
-//! The learned method: against golden vectors by an independent implementation, and how far it is from the truth on a capture
-//! that no example comes from.
+//! The learned method against golden vectors by an independent implementation. Also its distance from the
+//! truth on a capture that no example comes from.
 use crate::support::golden_learned::{cases, diagonal, face, numbers, vectors};
 use crate::support::real;
 use rhytid_backend_cpu::Cpu;
@@ -13,7 +13,7 @@ use rhytid_solve::{Solved, solve, solve_in_full};
 use rhytid_test_support::shared;
 use std::path::Path;
 
-/// Positions of the large scale and of all, frames × V, as the CPU backend has them for what it is given in f32.
+/// Positions of the large scale and of all, frames × V, from the CPU backend with inputs in f32.
 fn on_cpu(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> [Vec<f32>; 2] {
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let frames = handle_positions.len() / rig.handles().vertices.len();
@@ -34,7 +34,7 @@ fn golden_frames_are_met_by_the_learned_method() {
     for (case, i) in cases.iter().zip(1..) {
         let face = face(case);
         let rig = solve(&face, &NoProgress).unwrap();
-        // What was learned can be taken out again, in f32 too.
+        // The learned part can be taken out again, in f32 too.
         let shell = numbers(&case["expected"]["shell_basis"]);
         assert!(worst_difference(rig.clone().shell().unwrap().basis().as_slice(), &shell).size < 1e-12);
         let of_f32 = rig.rounded().unwrap().shell().unwrap().widened();
@@ -44,10 +44,10 @@ fn golden_frames_are_met_by_the_learned_method() {
             let results = evaluate(&rig, &handle_positions);
             let on_cpu = on_cpu(&rig, &handle_positions);
             let stages = [("large_scale", &results.large_scale), ("positions", &results.positions)];
-            for ((what, twin), cpu) in stages.into_iter().zip(on_cpu) {
+            for ((what, reference), cpu) in stages.into_iter().zip(on_cpu) {
                 let expected = numbers(&frame[what]);
-                assert_eq!(twin.as_flattened().len(), expected.len());
-                let off = worst_difference(twin.as_flattened(), &expected).size;
+                assert_eq!(reference.as_flattened().len(), expected.len());
+                let off = worst_difference(reference.as_flattened(), &expected).size;
                 assert!(off < 1e-9, "{i}: {what}: {off}");
                 let off = worst_difference(&cpu, &expected).size / diagonal(&face);
                 println!("{i}: {what}: cpu:0 within {off:.1e} of the diagonal");
@@ -59,17 +59,17 @@ fn golden_frames_are_met_by_the_learned_method() {
     assert!(cases.is_empty() || compared == 2 * 5 * 3 * (240 + 277 + 221), "{compared}");
 }
 
-/// From eight examples; an independent implementation, which goes on linearly as far as a frame does, has 0.173 mm, the chapter's
-/// method 0.500.
+/// With eight examples. An independent implementation, which continues linearly to any frame, has 0.173 mm;
+/// the chapter's method has 0.500.
 #[test]
 fn the_learned_method_is_three_times_closer_to_the_truth() {
     let Some(shared) = shared("") else { return };
     let face = real::face(&shared, "face", Settings::default());
-    let Solved { rig, account, .. } = solve_in_full(&face, false, &NoProgress).unwrap();
-    for candidate in &account.candidates {
+    let Solved { rig, report, .. } = solve_in_full(&face, false, &NoProgress).unwrap();
+    for candidate in &report.candidates {
         println!("{candidate:?}");
     }
-    let chosen = account.candidates[0];
+    let chosen = report.candidates[0];
     assert_eq!((chosen.share, chosen.ridge), (1.0, 1e-2));
 
     let rest: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
@@ -96,8 +96,8 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
         ..LearnedSettings::default()
     };
     let settings = Settings { method: Method::Learned(as_documented), ..Settings::default() };
-    let Solved { rig, account, .. } = solve_in_full(&Face { settings, ..face }, false, &NoProgress).unwrap();
-    let chosen = account.candidates[0];
+    let Solved { rig, report, .. } = solve_in_full(&Face { settings, ..face }, false, &NoProgress).unwrap();
+    let chosen = report.candidates[0];
     assert_eq!((chosen.share, chosen.ridge), (0.2, 1e-2), "what the independent implementation chooses");
     let (rms, worst) = off_the_truth(&shared, &rig);
     println!("without a bound {rms:.3} mm, worst {worst:.2} mm");
@@ -108,7 +108,7 @@ fn length(v: [f64; 3]) -> f64 {
     v.iter().map(|x| x * x).sum::<f64>().sqrt()
 }
 
-/// Mirror images are no scans of this actor, whose own poses these are: they must not lead the face astray.
+/// Mirror images are no scans of this actor, whose own poses these are. They must not spoil the face.
 #[test]
 fn mirror_images_are_examples_like_others() {
     let Some(shared) = shared("") else { return };
@@ -122,8 +122,8 @@ fn mirror_images_are_examples_like_others() {
     assert!(rms < 0.2, "{rms} mm");
 }
 
-/// The root mean square and the largest of all distances from the truth of a capture that no example comes from, in mm, on the
-/// CPU backend.
+/// The RMS and the largest distance from the truth of a capture that no example comes from, in mm, on the CPU
+/// backend.
 fn off_the_truth(shared: &Path, rig: &Rig<f64>) -> (f64, f64) {
     let (frames, truth) = real::truth(shared);
     let (markers, count) = (real::clean_handles(shared, rig), rig.handles().vertices.len());

@@ -1,5 +1,5 @@
-//! The conformance suite itself: its cases, its references, what it notices, and the method on golden, random and real faces.
-//! (Devices are tested in `tests/devices.rs`.)
+//! Tests of the conformance suite itself: its cases, its references, and the faults that it notices. The
+//! method is tested on golden, random and real faces. (Devices are tested in `tests/devices.rs`.)
 
 mod bends;
 mod coverage;

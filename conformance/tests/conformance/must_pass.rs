@@ -1,7 +1,7 @@
-//! `must-pass.txt` names every stage of every case, and a case that is taken out of the code is missed.
+//! `must-pass.txt` names every stage of every case. A case that is removed from the code is noticed.
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{
-    Suite, Verdict, cases, check_must_pass, device_label, must_pass, run_canaries, run_case, stage_name,
+    Suite, Verdict, cases, check_must_pass, device_label, must_pass, run_case, run_mutants, stage_name,
 };
 use rhytid_core::{Backend, Device, Stage};
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use std::collections::BTreeSet;
 #[test]
 fn the_list_names_every_stage_of_every_case() {
     let mut expected: Vec<String> =
-        Stage::ALL.iter().map(|&stage| format!("quick {}/canary", stage_name(stage))).collect();
+        Stage::ALL.iter().map(|&stage| format!("quick {}/mutant", stage_name(stage))).collect();
     for case in cases(Suite::Full) {
         let suite = if case.quick { "quick" } else { "full" };
         expected
@@ -32,7 +32,7 @@ fn the_list_names_every_stage_of_every_case() {
 fn a_case_taken_out_of_the_code_or_put_in_is_noticed() {
     let device = Device::open::<Cpu>(&Cpu::devices().unwrap()[0]).unwrap();
     let label = device_label(device.info());
-    let mut outcomes = run_canaries(&device);
+    let mut outcomes = run_mutants(&device);
     let mut cases = cases(Suite::Quick);
     outcomes.extend(cases.iter().flat_map(|case| run_case(&device, case)));
     let whole = check_must_pass(&label, Suite::Quick, &outcomes);
@@ -49,7 +49,7 @@ fn a_case_taken_out_of_the_code_or_put_in_is_noticed() {
     }
     let one_stage_less = &outcomes[..outcomes.len() - 1];
     assert_eq!(check_must_pass(&label, Suite::Quick, one_stage_less).verdict, Verdict::Fail);
-    // The full suite asks for more than the quick one reports.
+    // The full suite requires more than the quick one reports.
     assert_eq!(check_must_pass(&label, Suite::Full, &outcomes).verdict, Verdict::Fail);
 
     let mut new = cases.remove(0);

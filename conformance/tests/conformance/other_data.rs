@@ -1,4 +1,5 @@
-//! The learned method on what it was not made with: noise, thrown markers, a raw take, a head of many parts.
+//! The learned method on other data than its examples: noise, displaced markers, a raw take, a head of many
+//! parts.
 use crate::support::real;
 use glam::{DMat3, DVec3};
 use rhytid_backend_cpu::Cpu;
@@ -108,7 +109,7 @@ fn a_still_face_of_a_raw_take_is_still() {
     for folder in ["face", "head"] {
         let rig = solve(&real::face(&shared, folder, Settings::default()), &NoProgress).unwrap();
         let raw = raw_take::read(&shared.join("data/takes/rom_3_raw.c3d"), None).unwrap();
-        let target = Target::of(&rig.rounded().unwrap());
+        let target = Target::from_rig(&rig.rounded().unwrap());
         let cleaned = clean(raw, &target, &CleanUp::default(), &NoProgress).unwrap();
         // The first half second is the neutral face.
         let take = cleaned.take.slice(0..60);
@@ -132,9 +133,9 @@ fn a_still_face_of_a_raw_take_is_still() {
 #[test]
 fn teeth_and_eyes_stay_what_they_are() {
     let Some(shared) = shared("") else { return };
-    let Solved { rig, account, .. } =
+    let Solved { rig, report, .. } =
         solve_in_full(&real::face(&shared, "head", Settings::default()), false, &NoProgress).unwrap();
-    let rigid: Vec<_> = account.parts.iter().filter(|part| part.rigid).collect();
+    let rigid: Vec<_> = report.parts.iter().filter(|part| part.rigid).collect();
     assert!(rigid.len() > 20, "only {} parts are rigid", rigid.len());
     let count = rig.handles().vertices.len();
     let frames: Vec<[f64; 3]> =
@@ -151,8 +152,8 @@ fn teeth_and_eyes_stay_what_they_are() {
     assert!(worst < 0.01, "a rigid part is off by {worst} of its size");
 }
 
-/// The RMS distance to the best rigid motion over the diagonal of the part's bounding box. The rotation is the orthogonal factor of the correlations, by
-/// Newton's iteration (Higham 1986).
+/// The RMS distance to the best rigid motion, over the diagonal of the part's bounding box. The rotation is
+/// the orthogonal factor of the correlations, by Newton's iteration (Higham 1986).
 fn off_rigid(rest: &[[f64; 3]], moved: &[[f32; 3]], part: &[usize]) -> f64 {
     let centered = |points: Vec<DVec3>| {
         let mean = points.iter().sum::<DVec3>() / points.len() as f64;
@@ -173,7 +174,8 @@ fn off_rigid(rest: &[[f64; 3]], moved: &[[f32; 3]], part: &[usize]) -> f64 {
     (off / from.len() as f64).sqrt() / low.distance(high)
 }
 
-/// Turned by up to `degrees` about an axis and moved by `millimetres`, of a mesh in cm, both by chance.
+/// A random rotation of up to `degrees` about an axis and a random motion of up to `millimetres`, of a mesh
+/// in cm.
 fn misplaced(positions: &mut [[f64; 3]], degrees: f64, millimetres: f64, numbers: &mut Numbers) {
     let mut direction = || DVec3::from_array([(); 3].map(|()| normal(numbers))).normalize();
     let turn = DMat3::from_axis_angle(direction(), degrees.to_radians());
@@ -192,15 +194,15 @@ fn examples_in_other_places_are_put_back() {
     for (i, example) in moved.examples.iter_mut().enumerate() {
         misplaced(&mut example.positions, (i + 1) as f64, 5.0, &mut numbers);
     }
-    let Solved { rig: as_it_was, account, .. } = solve_in_full(&head, false, &NoProgress).unwrap();
-    assert_eq!(account.misplaced, [], "what is in its place stays there");
-    let Solved { rig: put_back, account, .. } = solve_in_full(&moved, false, &NoProgress).unwrap();
-    for (i, found) in account.misplaced.iter().enumerate() {
+    let Solved { rig: as_it_was, report, .. } = solve_in_full(&head, false, &NoProgress).unwrap();
+    assert_eq!(report.misplaced, [], "what is in its place stays there");
+    let Solved { rig: put_back, report, .. } = solve_in_full(&moved, false, &NoProgress).unwrap();
+    for (i, found) in report.misplaced.iter().enumerate() {
         println!("{}: turned by {:.3}°, moved by {:.2} mm", found.example, found.degrees, 10.0 * found.moved);
         assert!((found.degrees - (i + 1) as f64).abs() < 0.01, "{found:?}");
     }
-    assert_eq!(account.misplaced.len(), 8);
-    // The face is the head's first part, and has a truth.
+    assert_eq!(report.misplaced.len(), 8);
+    // The face is the head's first part. Only the face has a truth.
     let (frames, truth) = real::truth(&shared);
     let handles = real::clean_handles(&shared, &as_it_was);
     let count = as_it_was.handles().vertices.len();
@@ -227,7 +229,7 @@ fn examples_in_other_places_are_put_back() {
         "error to the truth {before:.4} mm, with examples in other places {after:.4} mm; {apart:.4} mm apart at most"
     );
     assert!((after - before).abs() < 0.02 && apart < 0.1, "{before}, {after}, {apart}");
-    // Without alignment the same scans ruin the rig: the test would notice.
+    // Without alignment the same scans ruin the rig, so the test is able to notice it.
     let kept = Settings { align: false, ..Settings::default() };
     let ruined = errors(&solve(&rhytid_core::Face { settings: kept, ..moved }, &NoProgress).unwrap());
     assert!(ruined > 1.5 * before, "{ruined}");

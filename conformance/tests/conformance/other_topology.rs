@@ -1,5 +1,5 @@
-//! The learned method on another head in another unit, with few examples that have little in common: poses that no example shows,
-//! and another actor's capture.
+//! The learned method on another head in another unit, with few and unlike examples: poses that no example
+//! shows, and another actor's capture.
 use crate::support::real;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{Numbers, evaluate};
@@ -27,12 +27,13 @@ fn at_handles(face: &Face, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
 }
 
-/// The largest distance between points that belong together.
+/// The largest distance between corresponding points.
 fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| apart(*a, *b)).fold(0.0, f64::max)
 }
 
-/// The head, with `count` handles by farthest points of what moves in any pose: the face, without the eyes and the back of the head.
+/// The head with `count` handles, placed by farthest points on what moves in any pose: the face, without the
+/// eyes and the back of the head.
 fn makehuman(shared: &Path, count: usize) -> Face {
     let folder = shared.join("data/makehuman");
     let neutral_path = folder.join("neutral.obj");
@@ -76,10 +77,11 @@ fn makehuman(shared: &Path, count: usize) -> Face {
     }
 }
 
-/// Where the capture of another face would have the head's handles: every tenth frame, frames × H.
+/// The head's handle positions from the capture of another face: every tenth frame, frames × H.
 ///
-/// The faces are laid over each other by ten landmarks, with one scale and no rotation. Of the markers nearest to a handle the
-/// displacements are averaged, and a handle more than 2.5 cm from any moves less, at 5 cm not at all.
+/// The faces are laid over each other by ten landmarks, with one scale and no rotation. A handle gets the
+/// mean displacement of its nearest markers. A handle more than 2.5 cm from any marker moves less, and at 5
+/// cm not at all.
 fn capture(shared: &Path, face: &Face) -> Vec<[f64; 3]> {
     let other = real::face(shared, "face", Settings::default());
     let rest = at_handles(&other, &other.neutral.positions);
@@ -137,7 +139,7 @@ fn capture(shared: &Path, face: &Face) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// Whether each triangle of `positions` looks away from where it looks at rest.
+/// Whether each triangle of `positions` is turned over, compared with its direction at rest.
 fn turned(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<bool> {
     let normal = |positions: &[[f64; 3]], corners: &[u32; 3]| {
         let [a, b, c] = corners.map(|v| positions[v as usize]);
@@ -164,14 +166,14 @@ fn played(rig: &Rig<f64>, handles: &[[f64; 3]], stage: OutputStage) -> Vec<Vec<[
     frames
 }
 
-/// What became of one frame.
+/// The result of one frame.
 struct Held {
-    /// Of the shell, the large scale and all.
+    /// Positions of the shell, the large scale and all.
     stages: [Vec<[f64; 3]>; 3],
     /// The largest displacement of a handle, and of a vertex of the large scale and of all, in mesh units.
     markers: f64,
     moved: [f64; 2],
-    /// Triangles that are turned over where the shell turns none, of the large scale and of all.
+    /// Triangles that are turned over where the shell turns none: of the large scale and of all.
     turned: [usize; 2],
 }
 
@@ -198,20 +200,20 @@ fn poses_that_no_example_shows_hold_on_another_head() {
     let Some(shared) = shared("") else { return };
     for count in [31, 90] {
         let whole = makehuman(&shared, count);
-        // What it was made with comes back.
+        // The rig reproduces its own examples.
         let rig = solve(&whole, &NoProgress).unwrap();
         for pose in &whole.examples {
             let handles = at_handles(&whole, &pose.positions);
             let exact = evaluate(&rig, &handles).positions;
             let off = MM * farthest(&exact, &pose.positions);
-            // What it turns over itself is its own.
+            // An example may turn triangles over by itself. Playback keeps such triangles.
             let [positions] = &played(&rig, &handles, OutputStage::Full)[..] else { unreachable!() };
             assert!(farthest(positions, &exact) < 1e-5, "{}: {}", pose.name, farthest(positions, &exact));
             println!("{count} handles, {}: within {off:.3} mm", pose.name);
-            // Few markers, spread without a thought, do not see every lid and lip.
+            // A few evenly spread markers do not see every lid and lip.
             assert!(count < 90 || off < 1.5, "{}: {off} mm", pose.name);
         }
-        // And of what it was not made with, nothing goes where no marker does, and what is smooth stays so.
+        // In other poses nothing moves where no marker moves, and smooth parts stay smooth.
         let (mut squares, mut of_shell) = (0.0, 0.0);
         for left_out in 0..whole.examples.len() {
             let mut face = whole.clone();
@@ -242,8 +244,8 @@ fn poses_that_no_example_shows_hold_on_another_head() {
     }
 }
 
-/// Expressions of different muscles, as artists make them, do not predict each other; what is seen of them together must come of
-/// them all the same.
+/// Artists' expressions of different muscles do not predict each other. Combined, they must still show what
+/// each of them shows.
 #[test]
 fn mixtures_of_the_examples_are_what_they_are_mixed_of() {
     let Some(shared) = shared("") else { return };
@@ -296,7 +298,7 @@ fn another_actors_capture_holds_on_another_head() {
             let [smooth, full] = frame.moved.map(|moved| moved / frame.markers.max(1e-12));
             most = [most[0].max(smooth), most[1].max(full)];
             assert!(smooth < 2.0, "frame {frames}: the large scale moves by {smooth} of what the markers do");
-            // Folds of a lid are half a centimetre where the markers around it hardly move.
+            // Folds of a lid are half a centimetre deep where the markers around it hardly move.
             let bound = 2.0 * frame.markers + 5.0 / MM;
             assert!(
                 frame.moved[1] < bound,

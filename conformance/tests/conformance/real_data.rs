@@ -1,4 +1,4 @@
-//! A real face and a real head with a real take: what the method promises, and how far it is from the truth.
+//! A real face and a real head with a real take: the method's promises, and its distance from the truth.
 
 use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
@@ -13,14 +13,15 @@ use std::path::Path;
 /// Millimetres in the data's unit, the centimetre.
 const MM: f64 = 10.0;
 
-/// Vertices of the face that the truth is compared on: the skin without its inner rims.
+/// Vertices of the face that are compared with the truth: the skin without its inner rims.
 const COMPARED: usize = 6706;
 
 fn at_handles<T: Copy>(handles: &[VertexId], positions: &[T]) -> Vec<T> {
     handles.iter().map(|v| positions[v.index()]).collect()
 }
 
-/// Each example's own markers give it back, and every marker of the take is met in every frame, within 0.01 mm.
+/// Asserts that each example's own markers reproduce it, and that every marker of the take is met in every
+/// frame. The limit is 0.01 mm.
 fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
     let h = rig.handles().vertices.len();
     let batch = 31;
@@ -40,17 +41,21 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
         let apart: Vec<usize> =
             moving.iter().copied().filter(|&v| crate::support::told_apart(rig, v, 0.01)).collect();
         let expected: Vec<[f64; 3]> = apart.iter().map(|&v| example.positions[v]).collect();
-        let twin: Vec<[f64; 3]> = apart.iter().map(|&v| results.positions[v]).collect();
+        let reference: Vec<[f64; 3]> = apart.iter().map(|&v| results.positions[v]).collect();
         let cpu: Vec<[f32; 3]> = apart.iter().map(|&v| on_cpu[v]).collect();
-        let twin = MM * worst_difference(twin.as_flattened(), expected.as_flattened()).size;
+        let reference = MM * worst_difference(reference.as_flattened(), expected.as_flattened()).size;
         let cpu = MM * worst_difference(cpu.as_flattened(), expected.as_flattened()).size;
         println!(
-            "{}: given back within {twin:.1e} mm by the twin, {cpu:.1e} by cpu:0, at {} of {} moving vertices",
+            "{}: given back within {reference:.1e} mm by the reference, {cpu:.1e} by cpu:0, at {} of {} moving vertices",
             example.name,
             apart.len(),
             moving.len()
         );
-        assert!(twin.max(cpu) < 0.01, "{} is off by {twin} mm (twin), {cpu} mm (cpu:0)", example.name);
+        assert!(
+            reference.max(cpu) < 0.01,
+            "{} is off by {reference} mm (reference), {cpu} mm (cpu:0)",
+            example.name
+        );
         compared += apart.len();
     }
     assert!(compared > rig.vertices() / 4, "only {compared} vertices told the poses apart");
@@ -101,7 +106,7 @@ fn the_head_meets_its_markers_and_gives_its_examples_back() {
     check(&shared, &face, &bound);
 }
 
-/// Root-mean-square distances to the truth in mm, for large scale and full.
+/// RMS distances from the truth in mm, for large scale and full.
 fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
     let (frames, truth) = real::truth(shared);
     let markers = real::clean_handles(shared, rig);

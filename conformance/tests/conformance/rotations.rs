@@ -1,4 +1,5 @@
-//! Rotations of the handles: what they keep exact, and how far faces are from the truth with and without.
+//! Rotations of the handles: the motions that stay exact, and the distance of faces from the truth with and
+//! without rotations.
 use crate::support::random_face::faces_for_both_methods;
 use crate::support::real;
 use glam::{DQuat, DVec3};
@@ -11,7 +12,7 @@ use rhytid_core::{
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 
-/// The same face, whose handles turn.
+/// The same face with turning handles.
 fn turning(mut face: Face) -> Face {
     face.settings.rotations = true;
     if let Method::Learned(learned) = &mut face.settings.method {
@@ -33,7 +34,7 @@ fn size(face: &Face) -> f64 {
     high.distance(low)
 }
 
-/// The large scale of a frame on the CPU backend, which has the bits of the f32 twin.
+/// The large scale of a frame on the CPU backend, which has the bits of the f32 reference.
 fn on_cpu(rig: &Rig<f64>, handles: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(1)).unwrap();
@@ -65,7 +66,7 @@ proptest! {
         }
     }
 
-    /// In f64 to rounding; in f32, by which devices compute, to a hundred-thousandth of the face.
+    /// Exact up to rounding in f64, and to a hundred-thousandth of the face in f32, which devices use.
     #[test]
     fn a_rigid_motion_of_170_degrees_is_rigid(face in faces_for_both_methods(), seed: u64) {
         let mut face = turning(face);
@@ -91,7 +92,7 @@ proptest! {
     }
 }
 
-/// RMS, 99.9 % and worst of the distances in mm, of the large scale and of all.
+/// RMS, 99.9th percentile and largest of the distances in mm, of the large scale and of all.
 fn errors(rig: &Rig<f64>, frames: &[usize], truth: &[f32], handles: &[[f64; 3]]) -> [[f64; 3]; 2] {
     let (h, v) = (rig.handles().vertices.len(), rig.vertices());
     let mut distances = [const { Vec::new() }; 2];
@@ -111,8 +112,8 @@ fn errors(rig: &Rig<f64>, frames: &[usize], truth: &[f32], handles: &[[f64; 3]])
     })
 }
 
-/// On faces they are no gain, which is why a project has to ask for them: where no handle is near, what turns at the last ones is
-/// carried on. Examples come back as without.
+/// Rotations do not improve faces, so a project has to ask for them. Far from all handles the rotation of the
+/// last handles continues. The examples are reproduced as well as without rotations.
 #[test]
 fn an_unseen_capture_is_no_nearer() {
     let Some(shared) = shared("") else { return };
@@ -138,7 +139,7 @@ fn an_unseen_capture_is_no_nearer() {
     assert!(found[1][0] > found[0][0] && found[1][0] < 0.25, "{found:?}");
 }
 
-/// What is learned without the clamp goes into the basis, by which turns are blended.
+/// Without the clamp the learned part goes into the basis, which also blends rotations.
 #[test]
 fn a_share_below_1_is_refused() {
     for (share, reach) in [(Some(0.2), 1.0), (None, f64::INFINITY)] {

@@ -1,4 +1,5 @@
-//! The backend of `docs/adding-a-backend.md` passes conformance, whatever its limits are; so `Plan` is sound.
+//! The backend of `docs/adding-a-backend.md` passes conformance with any limits. That shows that `Plan` is
+//! sound.
 
 use crate::toy::Toy;
 use rhytid_conformance::{Suite, Verdict, cases, evaluate, run_case, run_device};
@@ -20,7 +21,7 @@ fn the_toy_passes_the_quick_suite() {
     assert_eq!(report.count(Verdict::Pass), report.outcomes.len());
 }
 
-/// The least that a device must be able to do for `case`, in bytes.
+/// The smallest binding in bytes that a device needs for `case`.
 fn least_binding(case: &rhytid_conformance::Case) -> u64 {
     let rig = case.build().rig;
     let possible = |max_binding_bytes| {
@@ -46,7 +47,7 @@ fn arrays_and_batches_split_to_the_least_that_is_possible_still_conform() {
             PlanLimits { max_binding_bytes, max_workgroups: u32::MAX },
             PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: workgroups.max(2) },
         ] {
-            // A buffer for each of 70,000 slices is a test of patience.
+            // A buffer for each of 70,000 slices would take too long.
             if case.options.max_frames > 1000 {
                 continue;
             }
@@ -60,20 +61,21 @@ fn arrays_and_batches_split_to_the_least_that_is_possible_still_conform() {
     assert!(split > 40, "only {split} cases were split at all");
 }
 
-/// But for the normals and what is made of them: a plan's fans have another order than the twin's triangles, which conformance allows.
+/// All stages have the references' bits except the normals and what is made of them. A plan's fans have
+/// another order than the reference's triangles, which conformance allows.
 #[test]
-fn the_toy_has_the_bits_of_the_twins() {
+fn the_toy_has_the_bits_of_the_references() {
     let limits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: 6 };
     for case in cases(Suite::Quick).iter().filter(|case| case.options.basis == BasisStorage::F32) {
         let built = case.build();
         let mut animator = Animator::new(&Toy { limits }, &built.rig, case.options).unwrap();
         animator.evaluate(&built.handle_positions).unwrap();
-        let twin = evaluate(&built.rig, built.handle_positions.as_chunks().0);
+        let reference = evaluate(&built.rig, built.handle_positions.as_chunks().0);
         for stage in [Stage::Strain, Stage::LargeScale, Stage::Detail] {
             let mut found = Vec::new();
             animator.read(stage, &mut found).unwrap();
             let bits = |numbers: &[f32]| numbers.iter().map(|x| x.to_bits()).collect::<Vec<_>>();
-            assert!(bits(&found) == bits(twin.stage(stage)), "{}: {stage:?}", case.name);
+            assert!(bits(&found) == bits(reference.stage(stage)), "{}: {stage:?}", case.name);
         }
     }
 }
@@ -90,13 +92,14 @@ fn a_device_that_is_too_small_says_so() {
     }
 }
 
-/// Whether `file` has all of the lines, in their order, whatever stands between them and however they are indented.
+/// Whether `file` contains all of the lines in their order. Other lines may stand between them, and
+/// indentation does not matter.
 fn shows(file: &str, mut lines: impl Iterator<Item = impl AsRef<str>>) -> bool {
     let mut file = file.lines().map(str::trim);
     lines.all(|line| file.any(|of_file| of_file == line.as_ref()))
 }
 
-/// But for comments and what the page leaves out with “…”.
+/// Comments, and the parts that the page leaves out with “…”, are not compared.
 #[test]
 fn the_page_shows_the_toy_s_own_lines() {
     let page = include_str!("../../../docs/adding-a-backend.md");

@@ -17,7 +17,7 @@ fn at_handles(face: &Face, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
 }
 
-/// Handle positions some way from rest.
+/// Handle positions at some distance from rest.
 fn some_pose(face: &Face, seed: u64) -> Vec<[f64; 3]> {
     let mut numbers = Numbers::new(seed);
     at_handles(face, &face.neutral.positions)
@@ -26,7 +26,7 @@ fn some_pose(face: &Face, seed: u64) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// The diagonal of the neutral's bounding box: what errors are measured by.
+/// The diagonal of the neutral's bounding box, to which errors are related.
 fn size(face: &Face) -> f64 {
     let [low, high] = face.neutral.bounds().unwrap().map(DVec3::from_array);
     high.distance(low)
@@ -59,7 +59,7 @@ proptest! {
                 prop_assert!((sum - 1.0).abs() < 1e-9, "row {v} sums to {sum}");
             }
         }
-        // Everything but the sheet of 16 without handles and the isolated vertex.
+        // Everything except the sheet of 16 without handles and the isolated vertex.
         prop_assert_eq!(seen, rig.vertices() - 17);
     }
 

@@ -8,10 +8,10 @@ use rhytid_core::{HandleId, VertexId};
 use rhytid_solve::solve;
 use serde_json::Value;
 
-/// How many there are.
+/// The number of cases.
 const CASES: usize = 3;
 
-/// How far a device may be from the values, over the bounding box's diagonal; and from the rest pose.
+/// The largest error of a device, from the values and from the rest pose, over the bounding box's diagonal.
 const TOLERANCE: f64 = 2e-5;
 const AT_REST: f64 = 1e-6;
 
@@ -39,10 +39,10 @@ pub(crate) fn face(case: &Value) -> Face {
     let method = Method::Learned(LearnedSettings {
         share: case["share"].as_f64(),
         ridge: case["ridge"].as_f64(),
-        // In the vectors in mesh units: centimetres here.
+        // The vectors have mesh units, which are centimetres here.
         marker_noise: 10.0 * case["marker_noise"].as_f64().unwrap(),
         fold_ridge: case["fold_ridge"].as_f64().unwrap(),
-        // The cases go on linearly, however far their frames are from their poses, and turn their folds.
+        // The cases continue linearly for any distance of a frame from their poses, and turn their folds.
         reach: f64::INFINITY,
         fold_strains: FoldStrains::Lengths,
     });
@@ -75,7 +75,7 @@ pub(crate) fn face(case: &Value) -> Face {
     }
 }
 
-/// Every case; empty, said loudly, without the shared data.
+/// Every case; empty, with a message, if the shared data is missing.
 pub(crate) fn cases() -> Vec<Value> {
     let Some(folder) = rhytid_test_support::shared("golden") else { return Vec::new() };
     let read = |i: usize| {
@@ -91,7 +91,7 @@ pub(crate) fn diagonal(face: &Face) -> f64 {
     low.iter().zip(high).map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt()
 }
 
-/// Evaluates all frames of all cases, and the rest pose, on `device`; says what is off.
+/// Evaluates all frames of all cases, and the rest pose, on `device`. The error says what is wrong.
 pub(crate) fn check(device: &Device, cases: &[Value]) -> Result<(), String> {
     let of_device = |e: rhytid_core::Error| e.to_string();
     for (case, i) in cases.iter().zip(1..) {

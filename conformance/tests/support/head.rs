@@ -1,43 +1,43 @@
-//! The full head through a real take: what a user sees, on any device.
+//! The full head through a real take, as a user sees it, on any device.
 use super::real::{clean_take, face};
 use rayon::prelude::*;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{Device, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_solve::solve;
 
-/// Each so-manieth frame of the take is compared.
+/// Every frame whose number is a multiple of this is compared.
 const EVERY: usize = 50;
 
 /// Frames in a batch: the last one is not full.
 const BATCH: usize = 16;
 
-/// How far final positions may be from the f64 twin's, over the bounding box's diagonal.
+/// The largest error of final positions against the f64 reference, over the bounding box's diagonal.
 const TOLERANCE: f64 = 1e-5;
 
-/// How far the rest pose may be, likewise.
+/// The largest error of the rest pose, in the same unit.
 const AT_REST: f64 = 1e-6;
 
-/// A solved head, frames of a take, and what the f64 twin makes of them.
+/// A solved head, frames of a take, and the f64 reference's results.
 pub(crate) struct Head {
     rig: Rig,
     handle_positions: Vec<f32>,
-    /// What is allowed, in mesh units.
+    /// The largest allowed error, in mesh units.
     allowed: f64,
     /// The final positions of each frame.
     expected: Vec<Vec<[f64; 3]>>,
 }
 
 impl Head {
-    /// `None`, said loudly, without the shared data.
+    /// `None`, with a message, if the shared data is missing.
     pub(crate) fn new() -> Option<Self> {
         let shared = rhytid_test_support::shared("")?;
         let face = face(&shared, "head", Settings::default());
         let [low, high] = face.neutral.bounds().unwrap();
         let diagonal = low.iter().zip(high).map(|(low, high)| (high - low).powi(2)).sum::<f64>().sqrt();
-        // The twin evaluates what a device is given.
+        // The reference evaluates the rounded rig that a device gets.
         let rig: Rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
-        let twin = rig.widened();
-        let take = clean_take(&shared, &twin).handle_positions(&rig.handles().labels).unwrap();
+        let reference = rig.widened();
+        let take = clean_take(&shared, &reference).handle_positions(&rig.handles().labels).unwrap();
         let frame = rig.handles().vertices.len() * 3;
         let handle_positions: Vec<f32> =
             take.chunks_exact(frame).step_by(EVERY).flat_map(<[f32]>::to_vec).collect();
@@ -47,7 +47,7 @@ impl Head {
             .map(|frame| {
                 let frame: Vec<[f64; 3]> =
                     frame.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
-                evaluate(&twin, &frame).positions
+                evaluate(&reference, &frame).positions
             })
             .collect();
         Some(Self { rig, handle_positions, allowed: TOLERANCE * diagonal, expected })

@@ -1,4 +1,4 @@
-//! What several tests need: data that lies beside the project, random faces, and when poses look the same.
+//! Shared parts of tests: data that lies beside the project, random faces, and a check of similar poses.
 #![allow(dead_code, reason = "every test binary uses a part of it")]
 pub(crate) mod golden_learned;
 pub(crate) mod head;
@@ -7,8 +7,8 @@ pub(crate) mod real;
 
 use rhytid_core::{Rig, StrainEdgeId};
 
-/// Whether every two poses, the rest pose included, differ in the strains that vertex `v` listens to by more than
-/// `part` of the largest difference.
+/// Whether every two poses differ in the strains that influence vertex `v`, including the rest pose. They
+/// must differ by more than `part` of the largest difference.
 pub(crate) fn told_apart(rig: &Rig<f64>, v: usize, part: f64) -> bool {
     let features = &rig.fine_scale().pose_features;
     let mut distances = Vec::new();
@@ -19,7 +19,7 @@ pub(crate) fn told_apart(rig: &Rig<f64>, v: usize, part: f64) -> bool {
                 let difference = a[e.index()] - b[e.index()];
                 alpha * difference * difference
             };
-            let square: f64 = rig.influences().of(v).map(square).sum();
+            let square: f64 = rig.influences().at(v).map(square).sum();
             distances.push(square.sqrt());
         }
     }

@@ -81,7 +81,7 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
             vertices: vertices.into_iter().map(VertexId).collect(),
         },
         examples,
-        // Not aligned: what some random examples have in common with the neutral but for a motion is chance.
+        // Not aligned: any rigid motion that fits random examples to the neutral is chance.
         settings: Settings {
             method: Method::Chapter,
             max_influences: 6,
@@ -91,8 +91,8 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
     }
 }
 
-/// The same for both methods. What is learned does not depend on the size of the mesh or the order of its vertices: the share and
-/// the ridge are given, and there is no noise.
+/// Faces for both methods. The learned part must not depend on the size of the mesh or the order of its
+/// vertices. Therefore the share and the ridge are given, and there is no noise.
 pub(crate) fn faces_for_both_methods() -> impl Strategy<Value = Face> {
     let learned = LearnedSettings {
         share: Some(0.2),

@@ -33,7 +33,7 @@ pub(crate) fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
     }
 }
 
-/// The settings of the chapter's method for which an independent implementation gave the errors that are compared with.
+/// The settings of the chapter's method for which an independent implementation gave its errors.
 pub(crate) fn settings() -> Settings {
     Settings { bending_length: Some(3.0), method: Method::Chapter, ..Settings::default() }
 }
@@ -54,7 +54,7 @@ pub(crate) fn clean_take(shared: &Path, rig: &Rig<f64>) -> Take {
     take::read(&path, Some(&rig.handles().labels), take::Missing::Error).unwrap()
 }
 
-/// Frames of [`clean_take`] of which there is a truth, and the face's positions in them, frames × 9409 × 3 in cm.
+/// Frames of [`clean_take`] with a truth, and the face's positions in them, frames × 9409 × 3 in cm.
 pub(crate) fn truth(shared: &Path) -> (Vec<usize>, Vec<f32>) {
     let bytes = std::fs::read(shared.join("data/truth/rom_3.npy")).unwrap();
     let npy = npyz::NpyFile::new(&bytes[..]).unwrap();
@@ -66,7 +66,7 @@ pub(crate) fn truth(shared: &Path) -> (Vec<usize>, Vec<f32>) {
     (frames, npy.into_vec().unwrap())
 }
 
-/// Where the handles are in every frame of [`clean_take`], frames × H.
+/// The handle positions in every frame of [`clean_take`], frames × H.
 pub(crate) fn clean_handles(shared: &Path, rig: &Rig<f64>) -> Vec<[f64; 3]> {
     let markers = clean_take(shared, rig).handle_positions(&rig.handles().labels).unwrap();
     markers.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect()

@@ -1,5 +1,5 @@
-//! What was learned of the examples: the distances of a frame's vector strains from those of the centres, their squares times what
-//! the examples do, and the folds.
+//! The fine detail that was learned from the examples. The squared distances of a frame's vector strains from
+//! those of the centres make the linear band, and the distances make the folds.
 use crate::lanes::{Lanes, load3, splat3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
@@ -13,7 +13,7 @@ use rhytid_kernels::bands::{EDGES_SHARE, fold_weights};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{Number, vec3, vector_differences};
 
-/// What the kernels read of a rig that has bands.
+/// The data of a rig with bands that the kernels read.
 #[derive(Debug)]
 pub(crate) struct Bands {
     /// N, at least 2.
@@ -27,11 +27,11 @@ pub(crate) struct Bands {
     example_vectors: Vec<[f32; 3]>,
     /// 2 × (F + H).
     feature_bounds: Vec<[f32; 3]>,
-    /// ν; the indices are those of features.
+    /// ν. The indices are those of features.
     anchors: TileWeights,
     /// c / 2, tiled, `[V/16][P][3][16]`.
     example_weights: ExampleWeights,
-    /// a, and b and w where there are folds of vector strains, tiled, `[V/16][vectors][3][16]`.
+    /// a and, where there are folds of vector strains, b and w, tiled, `[V/16][vectors][3][16]`.
     fold_weights: Vec<Line3>,
     folds: bool,
 }
@@ -42,7 +42,7 @@ enum ExampleWeights {
     F16(Vec<[[f16; TILE]; 3]>),
 }
 
-/// What the squared distances are sums of, in one frame or in a group of frames.
+/// The terms of the squared distances, in one frame or in a group of frames.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Terms<'a, C> {
     /// α.
@@ -52,7 +52,7 @@ pub(crate) struct Terms<'a, C> {
 }
 
 impl Bands {
-    /// `None` where all there is is the basis.
+    /// `None` where the rig has no bands.
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Option<Self> {
         let learned = rig.bands()?;
         let (centers, folds) = (rig.centers(), rig.vector_folds());
@@ -90,7 +90,8 @@ impl Bands {
         self.strain_edges.len() + self.handles
     }
 
-    /// The squared differences of one frame's vector strains, `[N/8][F + H][8]`; past N, 0. `u` has H displacements.
+    /// The squared differences of one frame's vector strains, `[N/8][F + H][8]`. Numbers past N are 0. `u`
+    /// has H displacements.
     pub(crate) fn frame_table(&self, u: &[[f32; 3]]) -> CellTable<FrameCells> {
         let rows = self.rows();
         let mut cells = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * rows];
@@ -107,7 +108,8 @@ impl Bands {
         CellTable { rows, cells }
     }
 
-    /// The same of frames × H displacements of at most [`GROUP`] frames, `[N/4][F + H][4][16]`; past N, 0.
+    /// The same for frames × H displacements of at most [`GROUP`] frames, `[N/4][F + H][4][16]`. Numbers past
+    /// N are 0.
     pub(crate) fn group_table(&self, u: &[[f32; 3]]) -> CellTable<GroupCells> {
         let rows = self.rows();
         let mut all = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * rows];
@@ -132,7 +134,7 @@ impl Bands {
         }
     }
 
-    /// c / 2 of a tile, widened into `scratch` where it is fp16, and a, b and w.
+    /// c / 2 of a tile, and a, b and w. Where c / 2 is fp16, it is widened into `scratch`.
     #[inline(always)]
     fn weights<'a>(&'a self, tile: usize, scratch: &'a mut [Line3]) -> [&'a [Line3]; 2] {
         let of_tile = |vectors: usize| tile * vectors..(tile + 1) * vectors;
@@ -148,8 +150,9 @@ impl Bands {
         [example_weights, &self.fold_weights[of_tile(fold_weights(self.centers, self.folds))]]
     }
 
-    /// From what the basis gives the vertices of a tile in one frame, those of them that there are, to `stage`: the large scale, or
-    /// where the folds are of vector strains the detail or the positions.
+    /// Changes the basis' result for the vertices of a tile in one frame to `stage`. A tile may have fewer
+    /// vertices than 16. The stage is the large scale or, where the folds are functions of vector strains,
+    /// the detail or the positions.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
@@ -177,7 +180,7 @@ impl Bands {
         }
     }
 
-    /// The same for the vertices from `first` on, a multiple of [`TILE`], in a group of frames.
+    /// The same for the vertices from `first` on, which is a multiple of [`TILE`], in a group of frames.
     #[inline(always)]
     pub(crate) fn group<S: Simd>(
         &self,
@@ -239,7 +242,7 @@ impl Bands {
     }
 }
 
-/// What `stage` is, from what the basis gives and both bands.
+/// The result of `stage`, from the basis' result and both bands.
 #[inline(always)]
 fn finished<T: Number>(stage: Stage, of_basis: [T; 3], offset: [T; 3], detail: [T; 3]) -> [T; 3] {
     let smooth = vec3::add(of_basis, offset);
@@ -250,10 +253,11 @@ fn finished<T: Number>(stage: Stage, of_basis: [T; 3], offset: [T; 3], detail: [
     }
 }
 
-/// What a thread computes on the way.
+/// A thread's scratch.
 #[derive(Debug)]
 pub(crate) struct Scratch {
-    /// The squared distances of a tile's vertices in one frame, the first; of [`GROUP_VERTICES`] vertices in a group.
+    /// The squared distances. In one frame, only the first is used, for a tile's vertices. In a group there
+    /// is one for each of [`GROUP_VERTICES`] vertices.
     squares: [Vec<Line>; GROUP_VERTICES],
     /// c / 2 of a tile.
     example_weights: Vec<Line3>,

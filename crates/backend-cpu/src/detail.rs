@@ -1,7 +1,7 @@
 //! The detail: radial basis functions of the strains.
 //!
-//! Vertices' distances from centres, `Σ_k α_k (f_e(k) − f_je(k))²`, are a sparse matrix, V × F, times the table of squared differences,
-//! F × N.
+//! The squared distances of vertices from centres are `Σ_k α_k (f_e(k) − f_je(k))²`. This is a sparse matrix,
+//! V × F, times the table of squared differences, F × N.
 use crate::lanes::{Lanes, load3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
@@ -13,7 +13,7 @@ use rhytid_kernels::detail::pivoted;
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{Number, differences};
 
-/// What the kernel reads of a rig.
+/// The data of a rig that the kernel reads.
 #[derive(Debug)]
 pub(crate) struct Detail {
     /// N.
@@ -22,16 +22,16 @@ pub(crate) struct Detail {
     edges: usize,
     /// N × F.
     pose_features: Table<f32>,
-    /// w, tiled, `[V/16][N][3][16]`, with the pivot's sum in its place, or what is added in every frame.
+    /// w, tiled, `[V/16][N][3][16]`. In the pivot's place is the sum of all weights, or b.
     rbf_weights: Vec<Line3>,
-    /// The pivot of each vertex, tiled; past V, 0.
+    /// The pivot of each vertex, tiled. Numbers past V are 0.
     pivots: Vec<[u32; TILE]>,
-    /// Whether the first weight is b, and the rest pose every vertex's pivot.
+    /// Whether the first weight is b, and the pivot of every vertex is the rest pose.
     zero_at_rest: bool,
 }
 
 impl Detail {
-    /// `None` where the folds are of vector strains.
+    /// `None` where the folds are functions of vector strains.
     pub(crate) fn new(rig: &Rig) -> Option<Self> {
         if rig.vector_folds() {
             return None;
@@ -55,7 +55,7 @@ impl Detail {
         })
     }
 
-    /// The squared differences of one frame's features, `[N/8][F][8]`; past N, 0.
+    /// The squared differences of one frame's features, `[N/8][F][8]`. Numbers past N are 0.
     pub(crate) fn frame_table(&self, features: &[f32]) -> CellTable<FrameCells> {
         let mut cells = vec![[0.0; FRAME_COLUMNS]; self.centers.div_ceil(FRAME_COLUMNS) * self.edges];
         let [strain_edges, centers] = [self.edges, self.centers].map(|n| n as u32);
@@ -64,7 +64,8 @@ impl Detail {
         CellTable { rows: self.edges, cells }
     }
 
-    /// The squared differences of frames × F features of at most [`GROUP`] frames, `[N/4][F][4][16]`; past N, 0.
+    /// The squared differences of frames × F features of at most [`GROUP`] frames, `[N/4][F][4][16]`. Numbers
+    /// past N are 0.
     pub(crate) fn group_table(&self, features: &[f32]) -> CellTable<GroupCells> {
         let mut cells = vec![[Line::ZERO; GROUP_COLUMNS]; self.centers.div_ceil(GROUP_COLUMNS) * self.edges];
         for (lane, features) in features.chunks_exact(self.edges.max(1)).enumerate() {
@@ -90,7 +91,8 @@ impl Detail {
         &self.rbf_weights[tile * self.centers..(tile + 1) * self.centers]
     }
 
-    /// d of a tile's vertices, in one frame. `influences` are α, `distances` is scratch for those from N centres.
+    /// d of a tile's vertices, in one frame. `influences` are α. `distances` is scratch for the distances
+    /// from N centres.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
@@ -133,7 +135,7 @@ impl Detail {
         std::array::from_fn(|_| vec![Line::ZERO; self.centers])
     }
 
-    /// d of the vertices from `first` on, a multiple of [`TILE`], in a group of frames.
+    /// d of the vertices from `first` on, which is a multiple of [`TILE`], in a group of frames.
     #[inline(always)]
     pub(crate) fn group<S: Simd>(
         &self,

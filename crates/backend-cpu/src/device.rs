@@ -3,7 +3,7 @@ use crate::CpuSession;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 use sysinfo::{CpuRefreshKind, MemoryRefreshKind, RefreshKind, System};
 
-/// The processor this program runs on; work is spread over rayon's global thread pool.
+/// The processor on which this program runs. Work is spread over rayon's global thread pool.
 #[derive(Debug, Clone, Copy)]
 pub struct Cpu;
 
@@ -15,7 +15,7 @@ impl Backend for Cpu {
         let what = RefreshKind::nothing()
             .with_cpu(CpuRefreshKind::nothing())
             .with_memory(MemoryRefreshKind::nothing().with_ram());
-        // What the system does not tell is left out: the processor is there all the same.
+        // Facts that the system does not tell are left out. The processor is available without them.
         let system = System::new_with_specifics(what).ok();
         let name = system.as_ref().and_then(|s| s.cpus().first()).map_or("", |cpu| cpu.brand().trim());
         Ok(vec![DeviceInfo {

@@ -1,5 +1,5 @@
-//! A group of frames: registers hold one vertex in neighbouring frames, so that nothing is gathered and what is read of the rig is
-//! read once for all of them.
+//! A group of frames. Registers hold one vertex in neighbouring frames. So nothing is gathered, and the rig's
+//! data are read once for all of these frames.
 use crate::bands::{self, Bands, Terms};
 use crate::detail::Detail;
 use crate::group_mesh::GroupMesh;
@@ -16,13 +16,14 @@ use rhytid_core::{Rig, Stage};
 use rhytid_kernels::{fine_scale, large_scale, vec3};
 use web_time::Instant;
 
-/// Vertices whose results are put into their frames at once: so many that what each frame gets is long.
+/// Vertices whose results are written into their frames together. With this many, each frame gets a long
+/// piece.
 const CHUNK: usize = 512;
 
-/// How many numbers ahead of its being written a frame's memory is asked for, a cache line at a time.
+/// A frame's memory is requested this many numbers before they are written, a cache line at a time.
 const AHEAD: usize = 256;
 
-/// The mesh, and what is computed of a group, V each; the large scale where it was needed.
+/// The mesh, and the results of a group, V each. The large scale is kept only where it is needed.
 #[derive(Debug)]
 pub(crate) struct Group {
     mesh: GroupMesh,
@@ -30,12 +31,12 @@ pub(crate) struct Group {
     fine: Vec<Line3>,
 }
 
-/// What a thread computes on the way.
+/// A thread's scratch.
 struct Scratch {
-    /// Of a panel.
+    /// The normals of a panel.
     normals: [Line3; PANEL],
     details: [Line3; PANEL],
-    /// Of a vertex.
+    /// The distances of a vertex.
     distances: [Vec<Line>; 2],
 }
 
@@ -74,7 +75,7 @@ impl Group {
         times.add(Stage::Normals, start);
     }
 
-    /// Another stage of the same.
+    /// Another stage of the same frames.
     pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
@@ -126,7 +127,8 @@ impl Group {
     }
 }
 
-/// The large scale, V; where the folds are of vector strains, the detail or the positions as well, which need no neighbour.
+/// The large scale, V. Where the folds are functions of vector strains, also the detail or the positions,
+/// which then need no neighbours.
 fn large_scale(
     rig: &UploadedRig,
     inputs: Inputs<'_>,
@@ -138,7 +140,7 @@ fn large_scale(
     let start = Instant::now();
     let handles = inputs.displacements.len() / frames;
     let moved = if rig.rotations.is_some() { inputs.motions } else { inputs.displacements };
-    // H vectors for each of a frame's: of the displacements, or of the motions one after the other.
+    // Each frame has H vectors of displacements, or several times H vectors of motions, one after the other.
     let of_frame = moved.len() / frames;
     let mut by_handles = vec![ZERO; of_frame];
     for (i, u) in moved.iter().enumerate() {
@@ -159,15 +161,15 @@ fn large_scale(
     times.add(Stage::LargeScale, start);
 }
 
-/// What a thread computes of the basis on the way.
+/// A thread's scratch for the basis.
 #[derive(Default)]
 struct OfHandles {
     rows: Vec<PanelRows>,
-    /// What the columns of R − I become.
+    /// The products of the basis with the columns of R − I.
     columns: [Vec<Line3>; 3],
 }
 
-/// The large scale of a panel, but for the bands. `handles` is H, of which `motions` are a multiple.
+/// The large scale of a panel, without the bands. `handles` is H. The number of `motions` is a multiple of H.
 fn of_handles(
     rig: &UploadedRig,
     panel: usize,
@@ -196,12 +198,12 @@ fn of_handles(
     rig.vectors.run(Turn { columns, rest, center: rig.rest[rig.center], out });
 }
 
-/// A panel that turns.
+/// A panel where the handles turn.
 struct Turn<'a> {
     columns: &'a [Vec<Line3>; 3],
     rest: &'a [[f32; 3]],
     center: [f32; 3],
-    /// How far the centre would go, and then where the vertices go.
+    /// First the displacements at the centre, then the positions of the vertices.
     out: &'a mut [Line3],
 }
 
@@ -223,7 +225,7 @@ impl WithSimd for Turn<'_> {
     }
 }
 
-/// Each [`CHUNK`] vertices' results in every frame, of frames × V.
+/// The results of frames × V, in chunks of [`CHUNK`] vertices in every frame.
 fn chunks<'a>(
     results: &'a mut [[f32; 3]],
     rig: &UploadedRig,
@@ -239,7 +241,8 @@ fn chunks<'a>(
     chunks.into_par_iter()
 }
 
-/// From one vertex in all frames to one frame of all vertices: a transposition, four lines by four frames at a time.
+/// Transposes from one vertex in all frames to all vertices in one frame, four lines by four frames at a
+/// time.
 fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
     let prefetch = Prefetch::new();
     let (lines, last) = vectors.as_flattened().as_chunks::<4>();

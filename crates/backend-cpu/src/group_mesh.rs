@@ -7,13 +7,13 @@ use pulp::Simd;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::vec3;
 
-/// How many vertices ahead of the work their neighbours are asked for.
+/// Neighbours are requested this many vertices before they are needed.
 const AHEAD: usize = 8;
 
-/// The triangles at each vertex in [`pairs`], ascending, so that each sum has the twin's order.
+/// The triangles at each vertex in [`pairs`], ascending, so that each sum has the reference's order.
 #[derive(Debug)]
 pub(crate) struct GroupMesh {
-    /// V + 1: where each vertex's pairs begin.
+    /// V + 1: the index of each vertex's first pair.
     offsets: Vec<u32>,
     pairs: Vec<[u32; 4]>,
 }
@@ -33,12 +33,13 @@ impl GroupMesh {
         &self.pairs[self.offsets[v] as usize..self.offsets[v + 1] as usize]
     }
 
-    /// The normals of the vertices from `first` on, as many as `out` has, from the positions of all.
+    /// The normals of the vertices from `first` on, as many as `out` has, from the positions of all vertices.
     #[inline(always)]
     pub(crate) fn normals<S: Simd>(&self, simd: S, positions: &[Line3], first: usize, out: &mut [Line3]) {
         let prefetch = Prefetch::new();
         for (v, out) in (first..).zip(out) {
-            // Triangles mostly ascend with their vertices: the last ones reach the vertices that were not needed before.
+            // Triangles mostly ascend with their vertices. So the last ones have the vertices that were not
+            // needed before.
             if let Some([_, _, c, d]) = self.at((v + AHEAD).min(positions.len() - 1)).last() {
                 for corner in [c, d] {
                     prefetch.ask(bytemuck::cast_slice(&positions[*corner as usize]));

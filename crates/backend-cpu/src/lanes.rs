@@ -1,5 +1,5 @@
-//! Registers of numbers with the operations of the twins' vector functions: what those compute for one vertex of one frame, they compute
-//! for several at once, with the same bits.
+//! Registers of numbers with the operations of the references' vector functions. The functions then compute
+//! several vertices or frames at once, with the same bits as for one.
 use pulp::Simd;
 use rhytid_kernels::Number;
 use std::ops::{Add, Div, Mul, Sub};
@@ -21,7 +21,7 @@ impl<S: Simd> Lanes<S> {
         Self(simd, simd.splat_f32s(value))
     }
 
-    /// Writes the `register`th register of such numbers.
+    /// Writes the `register`th register of numbers whose count is a multiple of the lanes.
     #[inline(always)]
     pub(crate) fn store(self, numbers: &mut [f32], register: usize) {
         S::as_mut_simd_f32s(numbers).0[register] = self.1;

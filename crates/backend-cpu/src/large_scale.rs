@@ -9,13 +9,14 @@ use pulp::{Simd, WithSimd};
 use rhytid_core::{BasisStorage, Rig};
 use rhytid_kernels::{Number, vec3};
 
-/// Registers of each coordinate whose sums are computed at once: as many as hide how long an addition takes.
+/// Registers of each coordinate whose sums are computed together. This many hide the latency of an addition.
 const REGISTERS: usize = 4;
 
-/// Vertices whose sums are computed at once in a group of frames, so that a displacement that is loaded serves all of them.
+/// Vertices whose sums are computed together in a group of frames. A displacement is loaded once for all of
+/// them.
 const VERTICES: usize = 4;
 
-/// B in panels, `[V/64][H][64]`, what is past V being zero: one pass over it streams through memory.
+/// B in panels, `[V/64][H][64]`. Numbers past V are zero. One pass over it streams through memory.
 #[derive(Debug)]
 pub(crate) struct Basis {
     handles: usize,
@@ -49,7 +50,8 @@ impl Basis {
         Self { handles, rows }
     }
 
-    /// rest + B u of consecutive vertices from the first one of a panel, in one frame. `u` has H displacements.
+    /// rest + B u of consecutive vertices from the first one of a panel, in one frame. `u` has H
+    /// displacements.
     pub(crate) fn frame(
         &self,
         vectors: Vectors,
@@ -92,7 +94,7 @@ impl Basis {
     }
 }
 
-/// Each entry of B, V×H, with which of the panels' rows it is in, and where.
+/// Each entry of B, V×H, with its row among the panels' rows and its place in the row.
 fn each_entry(basis: &[f32], handles: usize, mut put: impl FnMut(usize, usize, f32)) {
     for (v, entries) in basis.chunks_exact(handles).enumerate() {
         for (h, &b) in entries.iter().enumerate() {
@@ -108,7 +110,7 @@ fn widened<'a>(rows: &[Fp16Rows], scratch: &'a mut Vec<PanelRows>) -> &'a [Panel
     scratch
 }
 
-/// AVX-512 widens fp16 on its way into registers; otherwise it is widened a panel at a time.
+/// AVX-512 widens fp16 while it loads registers. Otherwise fp16 is widened a panel at a time.
 fn fp16_frame(
     vectors: Vectors,
     rows: &[Fp16Rows],
@@ -130,7 +132,7 @@ fn fp16_frame(
     }
 }
 
-/// A panel's rows of a handle, whose registers can be loaded with `S`.
+/// A panel's row of a handle, whose registers can be loaded with `S`.
 trait Load<S: Simd> {
     fn load(&self, simd: S, register: usize) -> S::f32s;
 }
@@ -196,8 +198,8 @@ fn frame<S: Simd, R: Load<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32;
 /// A panel in a group of frames.
 struct Group<'a> {
     rows: &'a [PanelRows],
-    /// The next panel's rows as they are stored. They are asked for during the work on this one, which takes of each handle's a few numbers
-    /// at a time: not an order that the processor foresees.
+    /// The next panel's rows as they are stored. They are requested during the work on this panel. That work
+    /// reads a few numbers of each handle at a time, in an order that the processor does not predict.
     next: &'a [u8],
     u: &'a [Line3],
     rest: &'a [[f32; 3]],
@@ -210,7 +212,8 @@ impl WithSimd for Group<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let prefetch = Prefetch::new();
-        // As much for each handle and each few vertices: a request that comes with many others has to wait.
+        // Requests are spread evenly over the handles and the vertices, since a request among many others has
+        // to wait.
         let requests = self.u.len() * (PANEL / VERTICES);
         let bytes = self.next.len().checked_div(requests).unwrap_or(1);
         for (i, out) in self.out.chunks_mut(VERTICES).enumerate() {

@@ -1,4 +1,4 @@
-//! The CPU backend: every core, whole batches, and the same bits as the kernels' `f32` twins.
+//! The CPU backend: every core, whole batches, and the same bits as the kernels' `f32` references.
 //!
 //! ```
 //! use rhytid_backend_cpu::Cpu;

@@ -1,20 +1,22 @@
-//! Numbers in whole cache lines, so that no register is loaded from two of them.
+//! Numbers in whole cache lines, so that no register is loaded from two lines.
 use bytemuck::{Pod, Zeroable};
 use rhytid_kernels::tile::TILE;
 
-/// Vertices in a *panel*, four tiles: what of the basis is read together in one frame fills several of the widest registers.
+/// Vertices in a *panel*: four tiles. The basis of a panel fills several of the widest registers in one
+/// frame.
 pub(crate) const PANEL: usize = 4 * TILE;
 
-/// Frames in a *group*: those of a batch that are evaluated side by side, so that one vertex's number in all of them is a [`Line`].
+/// Frames in a *group*: frames of a batch that are evaluated side by side. One vertex's number in all of them
+/// is a [`Line`].
 pub(crate) const GROUP: usize = TILE;
 
-/// A row, which is a number of each vertex of a tile, in one frame; or a number of one vertex in each frame of a group. As much as the
-/// widest registers hold.
+/// A number of each vertex of a tile in one frame, which is a row. Or a number of one vertex in each frame of
+/// a group. A line fills one of the widest registers.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct Line(pub [f32; TILE]);
 
-/// Likewise vectors, with their coordinates apart.
+/// Vectors in the same way, with a line for each coordinate.
 pub(crate) type Line3 = [Line; 3];
 
 /// A row of each tile of a panel.

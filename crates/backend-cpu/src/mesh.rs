@@ -10,8 +10,8 @@ use rhytid_kernels::tile::TILE;
 use rhytid_kernels::vec3;
 use std::ops::Range;
 
-/// The triangles that touch a block's vertices, ascending, and the vertices' tangent neighbours, by the block's own numbers: first its
-/// vertices, then the others that it needs.
+/// The triangles that touch a block's vertices, ascending, and the vertices' tangent neighbours. They have
+/// the block's own vertex numbers: first its vertices, then the others that it needs.
 #[derive(Debug)]
 pub(crate) struct BlockMesh {
     own: Range<usize>,
@@ -19,14 +19,14 @@ pub(crate) struct BlockMesh {
     numbers: Numbers,
 }
 
-/// Pairs of triangles and tangent neighbours in as many bytes as the block's numbers need.
+/// Pairs of triangles, and tangent neighbours, in as few bytes as the block's numbers need.
 #[derive(Debug)]
 enum Numbers {
     U16(Vec<[u16; 4]>, Vec<u16>),
     U32(Vec<[u32; 4]>, Vec<u32>),
 }
 
-/// What a thread computes on the way.
+/// A thread's scratch.
 #[derive(Debug, Default)]
 pub(crate) struct MeshScratch {
     near: Vec<Near>,
@@ -103,7 +103,7 @@ impl BlockMesh {
         self.own.clone()
     }
 
-    /// The normals of the block's vertices, tile after tile; what is behind the last vertex is zero.
+    /// The normals of the block's vertices, tile after tile. Numbers behind the last vertex are zero.
     #[inline(always)]
     pub(crate) fn normals<S: Simd>(
         &self,
@@ -114,7 +114,8 @@ impl BlockMesh {
     ) {
         let near = &mut scratch.near;
         near.clear();
-        // Four numbers at a time, of which the last is the next vertex's: the last vertex has no next one.
+        // Vertices are read four numbers at a time, of which the fourth belongs to the next vertex. The last
+        // vertex has no next one.
         let own = positions[self.own()].as_flattened();
         near.extend(
             own.windows(4).step_by(3).map(|four| Near::new(Vec3A::from_vec4(Vec4::from_slice(four)))),
@@ -135,8 +136,8 @@ impl BlockMesh {
         }
     }
 
-    /// The positions of the vertices of the block's `tile`th tile and of their tangent neighbours, after [`BlockMesh::normals`] of the
-    /// same frame.
+    /// The positions of the vertices of the block's `tile`th tile and of their tangent neighbours, after
+    /// [`BlockMesh::normals`] of the same frame.
     #[inline(always)]
     pub(crate) fn with_neighbors(&self, scratch: &MeshScratch, tile: usize) -> [Line3; 2] {
         let vertices = tile * TILE..self.own.len().min((tile + 1) * TILE);
@@ -151,8 +152,8 @@ impl BlockMesh {
     }
 }
 
-/// Triangles in pairs, each with the next one where they are those of a quad: a, b, c, d is the triangles a, b, c and a, c, d. Where d
-/// is c, there is only the first: the second has no area.
+/// Triangles in pairs. A triangle is paired with the next one where both make a quad: a, b, c, d are the
+/// triangles a, b, c and a, c, d. Where d is c, there is only the first, since the second has no area.
 pub(crate) fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> {
     let mut pairs: Vec<[u32; 4]> = Vec::new();
     for [a, b, c] in triangles {
@@ -164,7 +165,8 @@ pub(crate) fn pairs(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<[u32; 4]> 
     pairs
 }
 
-/// Adds each triangle's area to its three vertices: ascending, so that each vertex has the twin's order.
+/// Adds each triangle's area to its three vertices. Triangles ascend, so each vertex has the reference's
+/// order.
 #[inline(always)]
 fn sum_areas<I: Copy + Into<u32>>(pairs: &[[I; 4]], near: &mut [Near]) {
     for pair in pairs {
@@ -187,7 +189,7 @@ fn positions<I: Copy + Into<u32>>(neighbors: &[I], own: &[Near], near: &[Near]) 
     ]
 }
 
-/// A tile's vectors with their coordinates apart.
+/// A tile's vectors, with a line for each coordinate.
 #[inline(always)]
 fn side_by_side(vector: impl Fn(usize) -> Vec3A) -> Line3 {
     let mut lines = [Line::ZERO; 3];
@@ -223,9 +225,9 @@ mod tests {
         }
     }
 
-    /// More triangles at one vertex than 16 bits count, and blocks on either side of that.
+    /// More triangles at one vertex than 16 bits can count, and blocks below and above this number.
     #[test]
-    fn a_fan_of_seventy_thousand_triangles_has_the_twins_normals() {
+    fn a_fan_of_seventy_thousand_triangles_has_the_references_normals() {
         let rim = 70_000;
         let triangles: Vec<[u32; 3]> = (0..rim).map(|i| [2000, i + 2001, (i + 1) % rim + 2001]).collect();
         let mut positions = vec![[0.0; 3]; 2001 + rim as usize];

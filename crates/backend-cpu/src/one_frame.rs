@@ -17,28 +17,28 @@ use std::cell::RefCell;
 use thread_local::ThreadLocal;
 use web_time::Instant;
 
-/// Vertices whose basis and bands are computed together: a multiple of the panels', and so few that they stay in a core's caches
-/// between the two.
+/// Vertices whose basis and bands are computed together. This is a multiple of a panel's length, and so few
+/// that they stay in a core's caches between the two.
 const CHUNK: usize = 1024;
 
-/// Of a chunk that rests at the origin.
+/// The rest positions of a chunk at the origin.
 const NOWHERE: [[f32; 3]; CHUNK] = [[0.0; 3]; CHUNK];
 
-/// The large scale of one frame, V where it was needed, and the threads' scratch: kept, since new memory is slow when it is first
-/// written.
+/// The large scale of one frame, V where it is needed, and the threads' scratch. They are kept, since new
+/// memory is slow when it is first written.
 #[derive(Debug)]
 pub(crate) struct OneFrame {
     smooth: Vec<[f32; 3]>,
     scratch: ThreadLocal<RefCell<Scratch>>,
 }
 
-/// What a thread computes on the way, all of one block.
+/// A thread's scratch, for one block.
 #[derive(Debug, Default)]
 struct Scratch {
     mesh: MeshScratch,
     normals: Vec<Line3>,
     details: Vec<Line3>,
-    /// Of a tile's vertices from all centres.
+    /// The distances of a tile's vertices from all centres.
     distances: Vec<Line>,
 }
 
@@ -47,7 +47,7 @@ impl OneFrame {
         Self { smooth: Vec::new(), scratch: ThreadLocal::new() }
     }
 
-    /// The positions and normals from what one frame's handles make.
+    /// The positions and normals from one frame's inputs.
     pub(crate) fn evaluate(
         &mut self,
         rig: &UploadedRig,
@@ -62,7 +62,7 @@ impl OneFrame {
         times.add(Stage::Normals, start);
     }
 
-    /// Another stage of the same.
+    /// Another stage of the same frame.
     pub(crate) fn stage(
         &mut self,
         rig: &UploadedRig,
@@ -115,7 +115,8 @@ impl OneFrame {
     }
 }
 
-/// The large scale; where the folds are of vector strains, the detail or the positions as well, which need no neighbour.
+/// The large scale. Where the folds are functions of vector strains, also the detail or the positions, which
+/// then need no neighbours.
 fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[f32; 3]], times: &Times) {
     let start = Instant::now();
     let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(inputs.displacements)));
@@ -134,15 +135,15 @@ fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[
     times.add(Stage::LargeScale, start);
 }
 
-/// What a thread computes of the basis on the way.
+/// A thread's scratch for the basis.
 #[derive(Default)]
 struct OfHandles {
     rows: Vec<PanelRows>,
-    /// What the columns of R − I become.
+    /// The products of the basis with the columns of R − I.
     columns: [Vec<[f32; 3]>; 3],
 }
 
-/// The large scale of consecutive vertices from the first one of a panel, but for the bands.
+/// The large scale of consecutive vertices from the first one of a panel, without the bands.
 fn of_handles(
     rig: &UploadedRig,
     first: usize,
@@ -273,7 +274,7 @@ fn fine_tile<S: Simd>(simd: S, own: &Line3, neighbors: &Line3, normals: &Line3, 
     positions
 }
 
-/// The first vectors of a tile, as many as `out` has.
+/// Writes the first vectors of a tile, as many as `out` has.
 #[inline(always)]
 fn interleave(lines: &Line3, out: &mut [[f32; 3]]) {
     if let ([out], []) = out.as_chunks_mut::<TILE>() {
@@ -281,7 +282,8 @@ fn interleave(lines: &Line3, out: &mut [[f32; 3]]) {
         for lane in (0..TILE).step_by(4) {
             let [x, y, z] = lines.each_ref().map(|line| Vec4::from_slice(&line.0[lane..]));
             let vectors = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose().to_cols_array_2d();
-            // Four numbers at a time, of which the last is in the next vector's place and is overwritten.
+            // Vectors are written four numbers at a time. The fourth is in the next vector's place, and is
+            // overwritten.
             for (i, vector) in vectors.iter().enumerate() {
                 let first = 3 * (lane + i);
                 let numbers = vector.len().min(out.len() - first);

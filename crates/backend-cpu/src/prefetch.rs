@@ -1,10 +1,11 @@
-//! Requests for memory a little before it is needed, where the work's order is not one that the processor foresees.
+//! Requests for memory shortly before it is needed, where the processor does not predict the order of the
+//! work.
 
 /// Bytes of a cache line.
 #[cfg(target_arch = "x86_64")]
 const LINE: usize = 64;
 
-/// The instruction that asks, where there is one. It changes no result.
+/// The instruction that requests memory, where the processor has one. It changes no result.
 #[derive(Clone, Copy)]
 pub(crate) struct Prefetch {
     #[cfg(target_arch = "x86_64")]
@@ -19,7 +20,7 @@ impl Prefetch {
         }
     }
 
-    /// Asks for all of `bytes`, and waits for none.
+    /// Requests all of `bytes`, without waiting.
     #[inline(always)]
     pub(crate) fn ask(self, bytes: &[u8]) {
         #[cfg(target_arch = "x86_64")]

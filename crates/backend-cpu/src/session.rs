@@ -10,10 +10,11 @@ use std::ops::Range;
 use std::time::Duration;
 use web_time::Instant;
 
-/// Frames from which on a group of them is faster than one after the other.
+/// From this many frames on, a group is faster than single frames.
 const FEWEST: usize = 8;
 
-/// A rig in host memory, and the last batch. Positions and normals are kept; the other stages are computed again when they are read.
+/// A rig in host memory, and the last batch. Positions and normals are kept. Other stages are computed again
+/// when they are read.
 #[derive(Debug)]
 pub struct CpuSession {
     rig: UploadedRig,
@@ -70,7 +71,7 @@ impl CpuSession {
     }
 }
 
-/// What is of a run's frames, of what is of the batch's.
+/// The inputs of a run's frames, from those of the batch.
 fn inputs<'a>(
     run: &Range<usize>,
     frames: usize,
@@ -183,7 +184,7 @@ mod tests {
         Stage::ALL.map(read).into()
     }
 
-    /// Groups, single frames, what is left of a batch, and every kind of vectors: the same bits.
+    /// Groups, single frames, the rest of a batch, and every kind of vectors give the same bits.
     #[test]
     fn batches_and_vectors_change_no_bit() {
         let face = rhytid_demo::face(1_500);
@@ -213,7 +214,7 @@ mod tests {
         }
     }
 
-    /// A batch that is smaller than the last one leaves nothing of it behind.
+    /// After a batch that is smaller than the last one, nothing of the last one is left.
     #[test]
     fn the_last_batch_alone_is_read() {
         let face = rhytid_demo::face(1_000);
@@ -232,7 +233,7 @@ mod tests {
         }
     }
 
-    /// Handles that go their own ways by 1 bring some vertex near the bound, and none past it.
+    /// Handles that move independently by 1 bring some vertex near the bound, and no vertex past it.
     #[test]
     fn fp16_moves_no_vertex_further_than_said() {
         let face = rhytid_demo::face(1_500);

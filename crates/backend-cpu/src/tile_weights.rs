@@ -1,7 +1,9 @@
-//! A sparse matrix with a row for each vertex, such as α of the strain edges, times a small table of a frame or of a group of frames.
+//! The product of a sparse matrix and a small table. The matrix has a row for each vertex, such as α of the
+//! strain edges. The table belongs to a frame or to a group of frames.
 //!
-//! Vertices that lie side by side have weights for nearly the same indices: those of a tile share the list of all that any of them
-//! has, and where a vertex has none, the weight is zero, which changes no sum. So nothing is gathered.
+//! Vertices that lie side by side have weights for nearly the same indices. So the vertices of a tile share
+//! one list of indices: all that any of them has. Where a vertex has no weight for an index, the weight is
+//! zero, which changes no sum. So nothing is gathered.
 use crate::lanes::Lanes;
 use crate::lines::{Line, Line3};
 use pulp::Simd;
@@ -10,14 +12,15 @@ use rhytid_kernels::differences::CENTERS_AT_ONCE;
 use rhytid_kernels::tile::{TILE, tile_influences};
 use std::slice::ChunksExact;
 
-/// Columns of the table that are summed at once in one frame.
+/// Columns of the table that are summed together in one frame.
 pub(crate) const FRAME_COLUMNS: usize = CENTERS_AT_ONCE;
 
-/// Columns and vertices that are summed at once in a group of frames: each number that is loaded serves several sums.
+/// Columns and vertices that are summed together in a group of frames. Each loaded number is used in several
+/// sums.
 pub(crate) const GROUP_COLUMNS: usize = 4;
 pub(crate) const GROUP_VERTICES: usize = 2;
 
-/// What an index has in some of the columns, in one frame.
+/// The cells of an index in some of the columns, in one frame.
 pub(crate) type FrameCells = [f32; FRAME_COLUMNS];
 
 /// The same in a group of frames.
@@ -26,7 +29,7 @@ pub(crate) type GroupCells = [Line; GROUP_COLUMNS];
 /// The table: `[columns/8][rows][8]` of a frame, `[columns/4][rows][4][16]` of a group of frames.
 #[derive(Debug)]
 pub(crate) struct CellTable<C> {
-    /// The matrix's indices are those of rows.
+    /// The number of rows. The matrix's indices are rows of the table.
     pub rows: usize,
     /// The first few columns of every row, then the next few.
     pub cells: Vec<C>,
@@ -43,11 +46,11 @@ impl<C> CellTable<C> {
 /// The matrix.
 #[derive(Debug, Default)]
 pub(crate) struct TileWeights {
-    /// Where each tile's indices begin, and where the last one's end.
+    /// The first index of each tile, and the end of the last one's.
     first: Vec<usize>,
     /// Ascending in each tile.
     indices: Vec<u32>,
-    /// A row for each; zero where a vertex has no weight.
+    /// A row for each index. Zero where a vertex has no weight.
     weights: Vec<Line>,
 }
 
@@ -73,7 +76,8 @@ impl TileWeights {
         (&self.indices[range.clone()], &self.weights[range])
     }
 
-    /// Sums of a tile in one frame, a register of a line for each column: from `start` times what is in `sums` on, or from 0.
+    /// The sums of a tile in one frame, with a register of a line for each column. They begin with `start`
+    /// times `sums`, or with 0.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
@@ -98,7 +102,7 @@ impl TileWeights {
         }
     }
 
-    /// The first `N` columns of the table.
+    /// The same for the first `N` columns of the table.
     #[inline(always)]
     fn frame_columns<S: Simd, const N: usize>(
         &self,
@@ -128,7 +132,7 @@ impl TileWeights {
         }
     }
 
-    /// The same of [`GROUP_VERTICES`] vertices from `v` on, in some frames of a group.
+    /// The sums of [`GROUP_VERTICES`] vertices from `v` on, in some frames of a group.
     #[inline(always)]
     pub(crate) fn group<S: Simd>(
         &self,
@@ -150,7 +154,7 @@ impl TileWeights {
         }
     }
 
-    /// The first `N` columns of the table.
+    /// The same for the first `N` columns of the table.
     #[inline(always)]
     fn group_columns<S: Simd, const N: usize>(
         &self,
@@ -190,7 +194,7 @@ impl TileWeights {
     }
 }
 
-/// `n` vectors for each vertex as `[V/16][n][3][16]`; past V, 0.
+/// `n` vectors for each vertex as `[V/16][n][3][16]`. Numbers past V are 0.
 pub(crate) fn tiled3(vectors: &[[f32; 3]], n: usize) -> Vec<Line3> {
     let mut lines = vec![[Line::ZERO; 3]; (vectors.len() / n).div_ceil(TILE) * n];
     for (i, vector) in vectors.iter().enumerate() {

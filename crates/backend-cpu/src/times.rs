@@ -9,14 +9,15 @@ use web_time::Instant;
 pub(crate) struct Times([AtomicU64; 6]);
 
 impl Times {
-    /// Adds the time since `start` to a stage; returns now.
+    /// Adds the time since `start` to a stage, and returns the present time.
     pub(crate) fn add(&self, stage: Stage, start: Instant) -> Instant {
         let now = Instant::now();
         self.0[stage as usize].fetch_add((now - start).as_nanos() as u64, Relaxed);
         now
     }
 
-    /// Adds the time that `work` takes, in the proportions of what its threads add to the times that it is given.
+    /// Adds the time that `work` takes. It is divided in proportion to the times that its threads add to
+    /// those passed to it.
     pub(crate) fn shared(&self, work: impl FnOnce(&Times)) {
         let (start, of_threads) = (Instant::now(), Times::default());
         work(&of_threads);

@@ -1,4 +1,4 @@
-//! A rig as it is uploaded: in host memory, laid out for the processor.
+//! An uploaded rig: in host memory, laid out for the processor.
 use crate::bands::Bands;
 use crate::blocks::block_length;
 use crate::detail::Detail;
@@ -9,33 +9,33 @@ use crate::vectors::Vectors;
 use rhytid_core::{BasisStorage, Rig, Rotations, StrainEdgeId, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 
-/// What is made of some frames' handle positions before any vertex is.
+/// The data that are computed from some frames' handle positions before any vertex.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Inputs<'a> {
     /// frames × H.
     pub displacements: &'a [[f32; 3]],
-    /// frames × 4 × H where the handles turn; else empty.
+    /// frames × 4 × H where the handles turn, otherwise empty.
     pub motions: &'a [[f32; 3]],
     /// frames × F.
     pub features: &'a [f32],
 }
 
-/// What every frame reads.
+/// The data that every frame reads.
 #[derive(Debug)]
 pub(crate) struct UploadedRig {
     pub vectors: Vectors,
     /// V rest positions.
     pub rest: Vec<[f32; 3]>,
     pub basis: Basis,
-    /// Where the handles turn.
+    /// `None` where the handles do not turn.
     pub rotations: Option<Rotations>,
-    /// The vertex that they turn about; 0 where they do not.
+    /// The vertex that they turn about. 0 where they do not turn.
     pub center: usize,
     /// α.
     pub influences: TileWeights,
-    /// Where something was learned that is no row of the basis.
+    /// `None` where nothing was learned beyond the basis.
     pub bands: Option<Bands>,
-    /// Where the folds are not those of the bands.
+    /// `None` where the bands have the folds.
     pub detail: Option<Detail>,
     /// Vertices of a block.
     pub block: usize,

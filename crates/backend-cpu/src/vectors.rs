@@ -1,4 +1,4 @@
-//! The processor's registers that the work is done in, found when the program runs.
+//! The kind of registers for the work, chosen when the program runs.
 use pulp::{Arch, WithSimd};
 
 /// A kind of vectors.
@@ -6,16 +6,17 @@ use pulp::{Arch, WithSimd};
 pub(crate) enum Vectors {
     /// The widest that the processor has: AVX-512, AVX2 with fused multiply-add, NEON, or single numbers.
     Widest,
-    /// Single numbers, so that tests see what an old processor computes.
+    /// Single numbers, so that tests cover old processors.
     #[cfg(test)]
     Single,
-    /// AVX2, likewise.
+    /// AVX2, for tests.
     #[cfg(all(test, target_arch = "x86_64"))]
     Avx2(pulp::x86::V3),
 }
 
 impl Vectors {
-    /// Runs `work` compiled for these vectors, with everything in it that is inlined for certain.
+    /// Runs `work` compiled for these vectors. Functions that it calls are compiled for them only if they are
+    /// always inlined.
     pub(crate) fn run<W: WithSimd>(self, work: W) -> W::Output {
         match self {
             Self::Widest => Arch::new().dispatch(work),

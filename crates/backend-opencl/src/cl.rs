@@ -1,4 +1,4 @@
-//! The part of OpenCL that is needed here: owned objects, and a [`Status`] for whatever a driver refuses.
+//! The part of OpenCL that this backend needs: owned objects, and a [`Status`] for every refusal of a driver.
 use crate::loader::{Functions, functions};
 use crate::status::Status;
 use opencl_sys::*;
@@ -7,7 +7,8 @@ use std::ptr::{null, null_mut};
 
 pub(crate) type Result<T, E = Status> = std::result::Result<T, E>;
 
-/// For whoever has a handle, which only the loader gives.
+/// The functions, for callers that have a handle. A handle comes only from the loader, so the functions are
+/// present.
 fn cl() -> &'static Functions {
     functions().expect("there is a handle, so there is a loader")
 }
@@ -24,9 +25,9 @@ macro_rules! owned {
 
         impl $name {
             /// Takes over the reference that a function returned together with its status.
-            fn new(raw: $raw, status: cl_int) -> Result<Self> {
+            fn from_raw(raw: $raw, status: cl_int) -> Result<Self> {
                 check(status)?;
-                // Not what the standard allows, but nothing that a release would survive.
+                // The standard does not allow a null handle here, and a release of it would crash.
                 if raw.is_null() { Err(Status(CL_OUT_OF_HOST_MEMORY)) } else { Ok(Self(raw)) }
             }
         }
@@ -46,7 +47,7 @@ macro_rules! owned {
 }
 
 owned! {
-    /// What programs, buffers and queues of a device are made in. They keep it alive.
+    /// Programs, buffers and queues of a device are made in a context, and keep it alive.
     Context, cl_context, clReleaseContext;
     /// Runs commands one after another, in the order in which they were enqueued.
     Queue, cl_command_queue, clReleaseCommandQueue;
@@ -54,13 +55,13 @@ owned! {
     Buffer, cl_mem, clReleaseMemObject;
     /// Built source. Kernels keep it alive.
     Program, cl_program, clReleaseProgram;
-    /// A function of a program, with its arguments: of one thread at a time.
+    /// A function of a program, with its arguments. One thread at a time may use it.
     Kernel, cl_kernel, clReleaseKernel;
     /// The state of a command in a queue.
     Event, cl_event, clReleaseEvent;
 }
 
-// SAFETY: but for `clSetKernelArg`, OpenCL's functions may be called by any number of threads at once.
+// SAFETY: any number of threads may call OpenCL's functions at once, except `clSetKernelArg`.
 unsafe impl Sync for Context {}
 // SAFETY: as above.
 unsafe impl Sync for Program {}
@@ -89,7 +90,7 @@ unsafe impl Send for DeviceId {}
 // SAFETY: as above.
 unsafe impl Sync for DeviceId {}
 
-/// Every platform, in the loader's order; none where there is no loader.
+/// Every platform, in the loader's order. None where there is no loader.
 pub(crate) fn platforms() -> Result<Vec<Platform>> {
     let Some(cl) = functions() else { return Ok(Vec::new()) };
     let mut count = 0;
@@ -114,7 +115,7 @@ impl Platform {
         info(|size, to, needs| unsafe { (cl().clGetPlatformInfo)(self.0, what, size, to, needs) }).map(text)
     }
 
-    /// Its devices, in its order.
+    /// The platform's devices, in its order.
     pub(crate) fn devices(self) -> Result<Vec<DeviceId>> {
         let all = CL_DEVICE_TYPE_ALL;
         let mut count = 0;
@@ -151,20 +152,20 @@ impl DeviceId {
 }
 
 impl Context {
-    pub(crate) fn of(device: DeviceId) -> Result<Self> {
+    pub(crate) fn new(device: DeviceId) -> Result<Self> {
         let properties = [CL_CONTEXT_PLATFORM as cl_context_properties, device.platform as _, 0];
         let mut status = 0;
         // SAFETY: the list of properties ends with 0, and there is one device.
         let raw = unsafe {
             (cl().clCreateContext)(properties.as_ptr(), 1, &device.device, None, null_mut(), &mut status)
         };
-        Self::new(raw, status)
+        Self::from_raw(raw, status)
     }
 }
 
 /// Why there is no program.
 pub(crate) enum BuildError {
-    /// The source did not compile: what the compiler said.
+    /// The source did not compile. This is the compiler's log.
     Log(String),
     Status(Status),
 }
@@ -188,8 +189,9 @@ impl Program {
         let mut status = 0;
         // SAFETY: one string of `length` bytes.
         let raw = unsafe { (cl().clCreateProgramWithSource)(context.0, 1, &mut start, &length, &mut status) };
-        let program = Self::new(raw, status)?;
-        // SAFETY: one device, options that end with 0, and no callback: the call returns when the build is done.
+        let program = Self::from_raw(raw, status)?;
+        // SAFETY: one device, options that end with 0, and no callback: the call returns when the build is
+        // done.
         let built = unsafe {
             (cl().clBuildProgram)(program.0, 1, &device.device, options.as_ptr(), None, null_mut())
         };
@@ -211,25 +213,25 @@ impl Program {
 }
 
 impl Buffer {
-    /// `flags` are of `CL_MEM_…`, without a host pointer.
+    /// A buffer of this many bytes. `flags` are `CL_MEM_…` without a host pointer.
     pub(crate) fn with_bytes(context: &Context, flags: cl_mem_flags, bytes: usize) -> Result<Self> {
         let mut status = 0;
         // SAFETY: no host memory is passed.
         let raw = unsafe { (cl().clCreateBuffer)(context.0, flags, bytes, null_mut(), &mut status) };
-        Self::new(raw, status)
+        Self::from_raw(raw, status)
     }
 }
 
 impl Kernel {
-    pub(crate) fn of(program: &Program, name: &str) -> Result<Self> {
+    pub(crate) fn new(program: &Program, name: &str) -> Result<Self> {
         let name = CString::new(name).map_err(|_| Status(CL_INVALID_KERNEL_NAME))?;
         let mut status = 0;
         // SAFETY: the name ends with 0.
         let raw = unsafe { (cl().clCreateKernel)(program.0, name.as_ptr(), &mut status) };
-        Self::new(raw, status)
+        Self::from_raw(raw, status)
     }
 
-    /// Binds a buffer; it must outlive the kernel's last run.
+    /// Binds a buffer, which must outlive the kernel's last run.
     pub(crate) fn set_buffer(&mut self, index: usize, buffer: &Buffer) -> Result<()> {
         let value: *const cl_mem = &buffer.0;
         // SAFETY: the value of such an argument is a handle, and is copied.
@@ -246,14 +248,14 @@ impl Kernel {
 }
 
 impl Queue {
-    /// In order, with times for every command.
-    pub(crate) fn of(context: &Context, device: DeviceId) -> Result<Self> {
+    /// A queue that runs commands in order, with times for every command.
+    pub(crate) fn new(context: &Context, device: DeviceId) -> Result<Self> {
         let mut status = 0;
         // SAFETY: the device is the context's.
         let raw = unsafe {
             (cl().clCreateCommandQueue)(context.0, device.device, CL_QUEUE_PROFILING_ENABLE, &mut status)
         };
-        Self::new(raw, status)
+        Self::from_raw(raw, status)
     }
 
     /// Fills the start of a buffer, and waits.
@@ -276,13 +278,13 @@ impl Queue {
         let status = unsafe {
             (cl().clEnqueueWriteBuffer)(self.0, buffer.0, CL_FALSE, 0, size, from, 0, null(), &mut event)
         };
-        Event::new(event, status)
+        Event::from_raw(event, status)
     }
 
     /// Enqueues a kernel on `groups` workgroups of `group_size` × 1.
     ///
     /// # Safety
-    /// All its arguments are set, and fit: it stays within its buffers.
+    /// All its arguments are set and fit, so the kernel stays within its buffers.
     pub(crate) unsafe fn run(&self, kernel: &Kernel, groups: [u32; 2], group_size: usize) -> Result<Event> {
         let global = [groups[0] as usize * group_size, groups[1] as usize];
         let local = [group_size, 1];
@@ -292,10 +294,10 @@ impl Queue {
             let (global, local) = (global.as_ptr(), local.as_ptr());
             (cl().clEnqueueNDRangeKernel)(self.0, kernel.0, 2, null(), global, local, 0, null(), &mut event)
         };
-        Event::new(event, status)
+        Event::from_raw(event, status)
     }
 
-    /// Copies the start of a buffer out when all that was enqueued before is done, and waits.
+    /// Waits until all earlier commands are done, and copies the start of a buffer out.
     pub(crate) fn read(&self, buffer: &Buffer, out: &mut [u8]) -> Result<()> {
         let (size, to) = (out.len(), out.as_mut_ptr().cast());
         // SAFETY: `out` has room for `size` bytes, and the call blocks.
@@ -304,13 +306,13 @@ impl Queue {
         })
     }
 
-    /// Has the device begin.
+    /// Tells the device to begin.
     pub(crate) fn flush(&self) -> Result<()> {
         // SAFETY: the queue is alive.
         check(unsafe { (cl().clFlush)(self.0) })
     }
 
-    /// Waits until all that was enqueued is done.
+    /// Waits until all enqueued commands are done.
     pub(crate) fn finish(&self) -> Result<()> {
         // SAFETY: the queue is alive.
         check(unsafe { (cl().clFinish)(self.0) })
@@ -318,7 +320,7 @@ impl Queue {
 }
 
 impl Event {
-    /// Waits for all of them; the status is that of the first one whose command failed.
+    /// Waits for all events. The status is that of the first one whose command failed.
     pub(crate) fn wait<'a>(events: impl Iterator<Item = &'a Self> + Clone) -> Result<()> {
         let raw: Vec<cl_event> = events.clone().map(|event| event.0).collect();
         if raw.is_empty() {
@@ -343,7 +345,7 @@ impl Event {
         if state < 0 { Err(Status(state)) } else { Ok(()) }
     }
 
-    /// How long the completed command ran, in nanoseconds.
+    /// The time that the completed command ran, in nanoseconds.
     pub(crate) fn nanoseconds(&self) -> Result<u64> {
         let at = |what: cl_profiling_info| {
             // SAFETY: `info` passes room for as many bytes as it says.

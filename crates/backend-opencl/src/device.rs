@@ -9,8 +9,9 @@ use rhytid_kernels::table::{Each, Kernel, WORKGROUP_SIZE, builds};
 use rhytid_kernels::tile::TILE;
 use std::sync::{Mutex, PoisonError};
 
-/// No option that trades accuracy for speed: relaxed or unsafe arithmetic would let a device reorder sums, drop
-/// infinities and take squares of small numbers for zero, and the devices would no longer agree.
+/// There is no option that trades accuracy for speed. With relaxed or unsafe arithmetic, a device could
+/// reorder sums, drop infinities, and replace squares of small numbers by zero. Then devices would no longer
+/// agree.
 const BUILD_OPTIONS: &str = "-cl-std=CL1.2";
 
 /// A kernel, and the frames that a work item computes.
@@ -23,7 +24,7 @@ pub struct OpenCl {
     pub(crate) device: DeviceId,
     pub(crate) context: Context,
     programs: Vec<(Build, Program)>,
-    /// Vertices of a work item in the kernels that have a choice, if it is a processor.
+    /// On a processor, the vertices of a work item in the kernels that have a choice.
     vertices: Option<u32>,
     pub(crate) limits: PlanLimits,
     pub(crate) memory_bytes: u64,
@@ -60,7 +61,7 @@ impl OpenCl {
             let message = format!("there is no such OpenCL device called {}, but {count} others", info.name);
             return Err(error(DeviceErrorKind::NotFound, message));
         };
-        let asking = || Status::of(&name, "asking for the device's limits");
+        let asking = || Status::error(&name, "asking for the device's limits");
         let group = device.number(CL_DEVICE_MAX_WORK_GROUP_SIZE).map_err(asking())?;
         if group < WORKGROUP_SIZE.into() {
             let message = format!(
@@ -70,12 +71,12 @@ impl OpenCl {
         }
         let limits = PlanLimits {
             max_binding_bytes: device.number(CL_DEVICE_MAX_MEM_ALLOC_SIZE).map_err(asking())?,
-            // OpenCL has no limit but that of its 32-bit ids.
+            // OpenCL's only limit is that of its 32-bit ids.
             max_workgroups: u32::MAX / WORKGROUP_SIZE,
         };
         let memory_bytes = device.number(CL_DEVICE_GLOBAL_MEM_SIZE).map_err(asking())?;
-        let context = Context::of(device).map_err(Status::of(&name, "making a context"))?;
-        // What is a vector for a GPU's workgroup is one for a processor's work item.
+        let context = Context::new(device).map_err(Status::error(&name, "making a context"))?;
+        // A GPU computes vertices side by side in a workgroup, a processor in a work item.
         let vertices = (info.kind == DeviceKind::Cpu).then_some(TILE as u32);
         let build = |(kernel, frames): Build| {
             let entry = kernel.entry();
@@ -94,7 +95,7 @@ impl OpenCl {
                     error(DeviceErrorKind::Build, message)
                 }
                 BuildError::Status(status) => {
-                    Status::of(&name, &format!("building the kernel {}", entry.name))(status)
+                    Status::error(&name, &format!("building the kernel {}", entry.name))(status)
                 }
             });
             Ok(((kernel, frames), program?))
@@ -103,12 +104,12 @@ impl OpenCl {
         Ok(Self { name, device, context, programs, vertices, limits, memory_bytes })
     }
 
-    /// Kernel objects of their own for the caller, without arguments: one for each number of frames at once.
+    /// New kernel objects for the caller, without arguments: one for each value of `FRAMES`.
     pub(crate) fn kernels(&self, kernel: Kernel) -> Result<Vec<(u32, cl::Kernel)>> {
         let programs = self.programs.iter().filter(|((of, _), _)| *of == kernel);
         let made = programs.map(|((_, frames), program)| {
-            let made =
-                cl::Kernel::of(program, kernel.name()).map_err(Status::of(&self.name, "making a kernel"))?;
+            let made = cl::Kernel::new(program, kernel.name())
+                .map_err(Status::error(&self.name, "making a kernel"))?;
             Ok((*frames, made))
         });
         made.collect()
@@ -122,13 +123,14 @@ impl OpenCl {
     }
 }
 
-/// Every device that can run the kernels: platforms by name, then in the driver's order.
+/// Every device that can run the kernels. Platforms are in the order of their names, devices in the driver's
+/// order.
 fn usable_devices() -> Result<Vec<(DeviceId, DeviceInfo)>> {
     // Some loaders find nothing while another thread is loading the drivers.
     static LOADING: Mutex<()> = Mutex::new(());
     let _loading = LOADING.lock().unwrap_or_else(PoisonError::into_inner);
 
-    let platforms = cl::platforms().map_err(Status::of(OpenCl::NAME, "listing the platforms"))?;
+    let platforms = cl::platforms().map_err(Status::error(OpenCl::NAME, "listing the platforms"))?;
     let name = |platform: Platform| platform.string(CL_PLATFORM_NAME).unwrap_or_else(|_| "OpenCL".into());
     let mut platforms: Vec<(String, Platform)> = platforms.into_iter().map(|p| (name(p), p)).collect();
     platforms.sort_by(|(a, _), (b, _)| a.cmp(b));
@@ -136,10 +138,10 @@ fn usable_devices() -> Result<Vec<(DeviceId, DeviceInfo)>> {
     let mut usable = Vec::new();
     let mut failure = None;
     for (platform, id) in platforms {
-        // A driver that fails does not take the others' devices away.
+        // If a driver fails, the devices of other drivers are still listed.
         let devices = id.devices().unwrap_or_else(|status| {
             let doing = format!("listing the devices of {platform}");
-            let error = Status::of(OpenCl::NAME, &doing)(status);
+            let error = Status::error(OpenCl::NAME, &doing)(status);
             log::warn!("{error}");
             failure = Some(error);
             Vec::new()
@@ -160,7 +162,7 @@ fn usable_devices() -> Result<Vec<(DeviceId, DeviceInfo)>> {
     }
 }
 
-/// What a device is, or why it cannot run the kernels.
+/// The description of a device, or the reason why it cannot run the kernels.
 fn describe(platform: &str, device: DeviceId, index: usize) -> Result<DeviceInfo, String> {
     let unknown = |what: &str| format!("it does not tell its {what}");
     for (what, reason) in [

@@ -1,8 +1,9 @@
 //! The OpenCL backend: every device of every platform that compiles OpenCL C 1.2.
 //!
-//! Nothing is linked: the `OpenCL` library, the *ICD loader*, is looked for when the program asks for devices. GPU drivers
-//! bring it along, or the system has it (Debian: `ocl-icd-libopencl1`). It finds the drivers. Where there is no loader, or
-//! no driver, [`Backend::devices`](rhytid_core::Backend::devices) is empty, and [`has_loader`] tells which it is.
+//! Nothing is linked. The `OpenCL` library, the *ICD loader*, is searched for when the program asks for
+//! devices. GPU drivers bring it along, or the system has it (Debian: `ocl-icd-libopencl1`). The loader finds
+//! the drivers. Without a loader or without a driver, [`Backend::devices`](rhytid_core::Backend::devices) is
+//! empty. [`has_loader`] tells which of the two is missing.
 //!
 //! ```
 //! use rhytid_backend_opencl::{OpenCl, has_loader};
@@ -16,8 +17,8 @@
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
 //!
-//! `opencl-sys` has OpenCL's types, constants and the functions' signatures. `loader.rs` finds the functions, and `cl.rs` is
-//! the small part of OpenCL that is needed here.
+//! `opencl-sys` has OpenCL's types, constants and the functions' signatures. `loader.rs` finds the functions.
+//! `cl.rs` is the small part of OpenCL that this backend needs.
 #![allow(unsafe_code, reason = "OpenCL is a C interface")]
 
 mod cl;

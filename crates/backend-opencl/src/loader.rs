@@ -1,23 +1,25 @@
-//! The C functions of OpenCL, from the library that a process finds when it first asks for them: the *ICD loader*,
-//! which in turn finds the drivers. Nothing is linked, so that a program starts where there is none.
+//! The C functions of OpenCL. They come from the *ICD loader*, a library that the process searches for when
+//! it first needs them. The loader in turn finds the drivers. Nothing is linked, so a program also starts
+//! without the library.
 use libloading::{Error, Library};
 use opencl_sys::cl_function_types::*;
 use std::sync::OnceLock;
 
 /// The ICD loader's usual names, in the order in which they are tried.
 const NAMES: &[&str] = if cfg!(all(windows, target_arch = "x86")) {
-    // The bindings have C's calling convention, and the loader has Windows' own, which on this processor is another.
+    // The bindings have C's calling convention. The loader has that of Windows, which is different on this
+    // processor.
     &[]
 } else if cfg!(windows) {
     &["OpenCL.dll"]
 } else if cfg!(target_os = "macos") {
     &["/System/Library/Frameworks/OpenCL.framework/OpenCL"]
 } else {
-    // The second is Android's, and that of development packages.
+    // The second name is that of Android and of development packages.
     &["libOpenCL.so.1", "libOpenCL.so"]
 };
 
-/// What is in one of the bindings' types, which are an `Option` of a pointer to a function.
+/// The contents of the bindings' types, which are an `Option` of a pointer to a function.
 pub(crate) trait Optional {
     type Inner;
 }
@@ -28,24 +30,26 @@ impl<T> Optional for Option<T> {
 
 macro_rules! functions {
     ($($name:ident: $optional:ident,)*) => {
-        /// The functions that are called here: all of OpenCL 1.1 or older, so that every loader has every one.
+        /// The functions that this backend calls. All belong to OpenCL 1.1 or older, so every loader has all
+        /// of them.
         #[derive(Debug)]
         #[allow(non_snake_case, reason = "they are called as in C")]
         pub(crate) struct Functions {
             $(pub(crate) $name: <$optional as Optional>::Inner,)*
-            /// The pointers are good for as long as it is loaded.
+            /// The pointers are valid as long as the library is loaded.
             _library: Library,
         }
 
         impl Functions {
-            /// Those of a library. The error says which it lacks.
+            /// The functions of a library. The error says which one it lacks.
             ///
             /// # Safety
-            /// What the library has under these names is OpenCL.
-            unsafe fn of(library: Library) -> Result<Self, Error> {
+            /// The library's functions with these names are those of OpenCL.
+            unsafe fn from_library(library: Library) -> Result<Self, Error> {
                 Ok(Self {
                     $(
-                        // SAFETY: the type is that of OpenCL's function of this name; the pointer is kept with the library.
+                        // SAFETY: the type is that of OpenCL's function of this name; the pointer is kept
+                        // with the library.
                         $name: unsafe {
                             *library.get::<<$optional as Optional>::Inner>(concat!(stringify!($name), "\0").as_bytes())?
                         },
@@ -86,24 +90,26 @@ functions! {
     clWaitForEvents: clWaitForEvents_t,
 }
 
-/// The functions, if there is an OpenCL loader. It is looked for once, and never unloaded: drivers do not survive that.
+/// The functions, if there is an OpenCL loader. It is searched for once, and never unloaded, since drivers do
+/// not survive that.
 pub(crate) fn functions() -> Option<&'static Functions> {
     static FUNCTIONS: OnceLock<Option<Functions>> = OnceLock::new();
     FUNCTIONS.get_or_init(|| already_there().or_else(|| load(NAMES))).as_ref()
 }
 
-/// Whether there is an OpenCL loader on this machine. Where there is and no device, a driver is missing.
+/// Whether there is an OpenCL loader on this machine. If there is a loader but no device, a driver is
+/// missing.
 pub fn has_loader() -> bool {
     functions().is_some()
 }
 
-/// Those that the process has already, as a linked program would take them: a tool such as Oclgrind puts itself in
-/// the loader's place by being loaded before the program.
+/// The functions that the process already has, as a linked program would use them. A tool such as Oclgrind is
+/// loaded before the program, and so replaces the loader.
 #[cfg(unix)]
 fn already_there() -> Option<Functions> {
     let process = libloading::os::unix::Library::this();
     // SAFETY: these names are OpenCL's in every process.
-    unsafe { Functions::of(process.into()) }.ok()
+    unsafe { Functions::from_library(process.into()) }.ok()
 }
 
 #[cfg(not(unix))]
@@ -111,11 +117,11 @@ fn already_there() -> Option<Functions> {
     None
 }
 
-/// Those of the first library that is there and has them all.
+/// The functions of the first library that exists and has all of them.
 fn load(names: &[&str]) -> Option<Functions> {
     names.iter().find_map(|name| {
         // SAFETY: a library of these names is an OpenCL loader, whose initialisers may run in any process.
-        let loaded = unsafe { Library::new(name).and_then(|library| Functions::of(library)) };
+        let loaded = unsafe { Library::new(name).and_then(|library| Functions::from_library(library)) };
         loaded.inspect_err(|error| log::debug!("opencl: {name}: {error}")).ok()
     })
 }
@@ -129,7 +135,7 @@ mod tests {
     fn what_is_not_there_or_is_not_opencl_gives_no_functions() {
         assert!(load(&[]).is_none());
         assert!(load(&["libOpenCL-that-nobody-has.so"]).is_none());
-        // It is there, and has none of the functions.
+        // This library exists, and has none of the functions.
         let other = if cfg!(windows) { "kernel32.dll" } else { "libm.so.6" };
         assert!(load(&[other]).is_none());
     }

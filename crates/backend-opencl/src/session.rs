@@ -15,15 +15,15 @@ pub struct OpenClSession {
     queue: Queue,
     /// In the plan's order.
     buffers: Vec<Buffer>,
-    /// For each dispatch of the largest batch, its buffers bound once and for all.
+    /// The kernel of each dispatch of the largest batch. Its buffers are bound once.
     kernels: Vec<Bound>,
-    /// Frames of the last batch, and what it ran. The kernels have these parameters.
+    /// Frames of the last batch. `dispatches` are what it ran. The kernels have these parameters.
     frames: usize,
     dispatches: Vec<Dispatch>,
-    /// What `writes` copy from.
+    /// The memory from which `writes` copy.
     inputs: Vec<Vec<f32>>,
     writes: Vec<Event>,
-    /// Of those of `dispatches` that have run, with the stages.
+    /// The events of those `dispatches` that have run, with their stages.
     runs: Vec<(Stage, Event)>,
 }
 
@@ -31,12 +31,12 @@ pub struct OpenClSession {
 #[derive(Debug)]
 struct Bound {
     workgroup_size: usize,
-    /// For each number of frames at once.
+    /// One build for each value of `FRAMES`.
     builds: Vec<(u32, cl::Kernel)>,
 }
 
 impl Bound {
-    /// What runs `dispatch`.
+    /// The kernel that runs `dispatch`.
     fn build(&mut self, dispatch: &Dispatch) -> Result<&mut cl::Kernel> {
         let mut builds = self.builds.iter_mut();
         let found = builds.find(|(frames, _)| *frames == dispatch.frames_at_once);
@@ -53,7 +53,8 @@ impl OpenClSession {
     pub(crate) fn new(on: &OpenCl, rig: &Rig, options: UploadOptions) -> Result<Self> {
         let device = on.name.clone();
         let plan = Plan::new(rig, options, on.limits, &device)?;
-        // With drivers that allocate on first use, the operating system would otherwise stop the program.
+        // Some drivers allocate on first use. Without this check, the operating system would then stop the
+        // program.
         if plan.bytes() > on.memory_bytes {
             let message = format!(
                 "the rig with batches of {} frames needs {} bytes, and the device has {}; make batches smaller, or store the \
@@ -64,7 +65,7 @@ impl OpenClSession {
             );
             return Err(Error::Device { kind: DeviceErrorKind::OutOfMemory, device, message });
         }
-        let queue = Queue::of(&on.context, on.device).map_err(Status::of(&device, "making a queue"))?;
+        let queue = Queue::new(&on.context, on.device).map_err(Status::error(&device, "making a queue"))?;
         let mut buffers = Vec::with_capacity(plan.buffers().len());
         for (index, planned) in plan.buffers().iter().enumerate() {
             let flags = if matches!(planned.role, Role::Result { .. } | Role::Scratch { .. }) {
@@ -74,12 +75,12 @@ impl OpenClSession {
             };
             let doing = format!("making the buffer {} of {} bytes", planned.buffer.name(), planned.bytes);
             let buffer = Buffer::with_bytes(&on.context, flags, planned.bytes as usize)
-                .map_err(Status::of(&device, &doing))?;
+                .map_err(Status::error(&device, &doing))?;
             let contents = plan.contents(rig, index);
             if !contents.is_empty() {
                 let doing =
                     format!("filling the buffer {} with {} bytes", planned.buffer.name(), contents.len());
-                queue.write(&buffer, &contents).map_err(Status::of(&device, &doing))?;
+                queue.write(&buffer, &contents).map_err(Status::error(&device, &doing))?;
             }
             buffers.push(buffer);
         }
@@ -90,7 +91,7 @@ impl OpenClSession {
                 let doing =
                     format!("binding {} to {}", plan.buffers()[buffer].buffer.name(), dispatch.kernel.name());
                 for (_, kernel) in &mut builds {
-                    kernel.set_buffer(argument, &buffers[buffer]).map_err(Status::of(&device, &doing))?;
+                    kernel.set_buffer(argument, &buffers[buffer]).map_err(Status::error(&device, &doing))?;
                 }
             }
             kernels.push(Bound { workgroup_size: on.workgroup_size(dispatch.kernel), builds });
@@ -121,13 +122,13 @@ impl OpenClSession {
             bound
                 .build(dispatch)?
                 .set_words(dispatch.buffers.len(), &dispatch.params)
-                .map_err(Status::of(&self.device, &doing))?;
+                .map_err(Status::error(&self.device, &doing))?;
         }
         self.frames = frames;
         Ok(())
     }
 
-    /// Starts the dispatches of the stages that `wanted` says.
+    /// Starts the dispatches of the stages for which `wanted` is true.
     fn run(&mut self, wanted: impl Fn(Stage) -> bool) -> Result<()> {
         for (dispatch, bound) in self.dispatches.iter().zip(&mut self.kernels) {
             if !wanted(dispatch.stage) {
@@ -138,33 +139,33 @@ impl OpenClSession {
             // SAFETY: buffers and parameters are the plan's for this rig, whose indices were checked.
             let event = unsafe { self.queue.run(kernel, dispatch.workgroups, workgroup_size) };
             let doing = || format!("starting the kernel {}", dispatch.kernel.name());
-            let event = event.map_err(|status| Status::of(&self.device, &doing())(status))?;
+            let event = event.map_err(|status| Status::error(&self.device, &doing())(status))?;
             self.runs.push((dispatch.stage, event));
         }
-        self.queue.flush().map_err(Status::of(&self.device, "starting the kernels"))
+        self.queue.flush().map_err(Status::error(&self.device, "starting the kernels"))
     }
 
     fn wait(&self) -> Result<()> {
         Event::wait(self.runs.iter().map(|(_, event)| event))
-            .map_err(Status::of(&self.device, "running the kernels"))
+            .map_err(Status::error(&self.device, "running the kernels"))
     }
 }
 
 impl Session for OpenClSession {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
-        let copying = || Status::of(&self.device, "copying the inputs");
-        // They are about to be overwritten.
+        let copying = || Status::error(&self.device, "copying the inputs");
+        // The inputs are about to be overwritten.
         Event::wait(self.writes.iter()).map_err(copying())?;
         self.writes.clear();
         self.runs.clear();
         self.prepare(frames.frames)?;
         self.inputs.clear();
 
-        let copying = || Status::of(&self.device, "copying the inputs");
+        let copying = || Status::error(&self.device, "copying the inputs");
         for Input { buffer, numbers } in self.plan.inputs(frames) {
             self.inputs.push(numbers.into_owned());
             let numbers = &self.inputs[self.inputs.len() - 1];
-            // SAFETY: whoever changes or drops the inputs waits for the writes.
+            // SAFETY: code that changes or drops the inputs waits for the writes.
             let event =
                 unsafe { self.queue.start_write(&self.buffers[buffer], bytemuck::cast_slice(numbers)) };
             self.writes.push(event.map_err(copying())?);
@@ -188,7 +189,7 @@ impl Session for OpenClSession {
             let out = &mut out[slice.frames.start * per_frame..slice.frames.end * per_frame];
             self.queue
                 .read(result, bytemuck::cast_slice_mut(out))
-                .map_err(Status::of(&self.device, "reading a result"))?;
+                .map_err(Status::error(&self.device, "reading a result"))?;
         }
         Ok(())
     }
@@ -200,7 +201,7 @@ impl Session for OpenClSession {
             match run.nanoseconds() {
                 Ok(time) => times[*stage as usize] += Duration::from_nanos(time),
                 Err(Status(CL_PROFILING_INFO_NOT_AVAILABLE)) => return Ok(None),
-                Err(status) => return Err(Status::of(&self.device, "reading a kernel's times")(status)),
+                Err(status) => return Err(Status::error(&self.device, "reading a kernel's times")(status)),
             }
         }
         Ok(Some(times))
@@ -209,7 +210,7 @@ impl Session for OpenClSession {
 
 impl Drop for OpenClSession {
     fn drop(&mut self) {
-        // The device may be copying from the inputs, which end here.
+        // The device may still be copying from the inputs, which are dropped here.
         if let Err(status) = self.queue.finish() {
             log::debug!("{}: waiting for the last batch returned {status:?}", self.device);
         }

@@ -2,7 +2,7 @@
 use opencl_sys::*;
 use rhytid_core::{DeviceErrorKind, Error};
 
-/// What OpenCL calls a status.
+/// OpenCL's name of a status.
 macro_rules! name {
     ($status:expr, $($name:ident)*) => {
         match $status {
@@ -12,13 +12,13 @@ macro_rules! name {
     };
 }
 
-/// What an OpenCL function returned instead of `CL_SUCCESS`.
+/// The value that an OpenCL function returned instead of `CL_SUCCESS`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Status(pub(crate) cl_int);
 
 impl Status {
     /// For `map_err`: the error of `device` while it was `doing` something, such as "reading a result".
-    pub(crate) fn of(device: &str, doing: &str) -> impl FnOnce(Self) -> Error {
+    pub(crate) fn error(device: &str, doing: &str) -> impl FnOnce(Self) -> Error {
         move |status| {
             let kind = status.kind();
             let advice = match kind {
@@ -68,7 +68,7 @@ impl Status {
             CL_MEM_OBJECT_ALLOCATION_FAILURE | CL_OUT_OF_RESOURCES | CL_OUT_OF_HOST_MEMORY => {
                 DeviceErrorKind::OutOfMemory
             }
-            // Contexts and queues given to a driver are valid ones, until it has lost their device.
+            // Contexts and queues passed to a driver are valid, unless the driver has lost their device.
             CL_DEVICE_NOT_AVAILABLE | CL_INVALID_CONTEXT | CL_INVALID_COMMAND_QUEUE => DeviceErrorKind::Lost,
             _ => DeviceErrorKind::Driver,
         }
@@ -92,7 +92,7 @@ mod tests {
             (-12345, DeviceErrorKind::Driver, "status -12345"),
         ];
         for (status, expected, name) in kinds {
-            match Status::of("opencl:3", "reading a result")(Status(status)) {
+            match Status::error("opencl:3", "reading a result")(Status(status)) {
                 Error::Device { kind, device, message } => {
                     assert_eq!((kind, device.as_str()), (expected, "opencl:3"), "{name}");
                     assert!(

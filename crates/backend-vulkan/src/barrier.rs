@@ -1,8 +1,8 @@
-//! Memory barriers: what comes after one sees what came before.
+//! Memory barriers: work after a barrier sees the results of work before it.
 use crate::context::Context;
 use ash::vk;
 
-/// What touches memory, and where in the pipeline.
+/// An access to memory, with its stage in the pipeline.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Access(vk::PipelineStageFlags, vk::AccessFlags);
 
@@ -19,7 +19,8 @@ impl Access {
 }
 
 impl Context {
-    /// Records that every `after` sees every `before`. `commands` is being recorded on this device.
+    /// Records a barrier: every access `after` sees the results of every access `before`. `commands` must be
+    /// in recording, and belong to this device.
     pub(crate) fn barrier(&self, commands: vk::CommandBuffer, before: Access, after: Access) {
         let memory = [vk::MemoryBarrier::default().src_access_mask(before.1).dst_access_mask(after.1)];
         let flags = vk::DependencyFlags::empty();

@@ -54,7 +54,7 @@ impl Buffer {
         Ok(buffer)
     }
 
-    /// Its bytes, if it is in memory that the host can see. The device must not be using them.
+    /// The bytes of a buffer in memory that is visible to the host. The device must not be using them.
     pub(crate) fn mapped(&mut self) -> &mut [u8] {
         let bytes = self.bytes;
         let mapped = self.allocation.mapped_slice_mut();
@@ -67,7 +67,7 @@ impl Drop for Buffer {
         if self.context.is_abandoned() {
             return;
         }
-        // SAFETY: whoever drops a buffer has waited until the device is done with it.
+        // SAFETY: code that drops a buffer has waited until the device is done with it.
         unsafe { self.context.device.destroy_buffer(self.raw, None) };
         let allocation = std::mem::take(&mut self.allocation);
         let freed = self.context.with_allocator(|allocator| allocator.free(allocation));

@@ -1,4 +1,4 @@
-//! One command buffer: it is recorded, runs once, and is recorded anew.
+//! One command buffer: it is recorded, runs once, and is recorded again.
 use crate::context::Context;
 use crate::error::failed;
 use ash::vk;
@@ -15,7 +15,7 @@ pub(crate) struct Commands {
 
 impl Commands {
     pub(crate) fn new(context: &Arc<Context>) -> Result<Self> {
-        // From here on, whatever fails, `drop` destroys what there is: null is ignored.
+        // If a call fails from here on, `drop` destroys the objects that exist. Null handles are ignored.
         let mut commands = Self {
             context: context.clone(),
             pool: vk::CommandPool::null(),
@@ -33,7 +33,7 @@ impl Commands {
             .command_pool(commands.pool)
             .level(vk::CommandBufferLevel::PRIMARY)
             .command_buffer_count(1);
-        // SAFETY: nobody else uses the pool.
+        // SAFETY: no other code uses the pool.
         let buffers = unsafe { context.device.allocate_command_buffers(&allocate) }.map_err(failed())?;
         commands.buffer = buffers[0];
         let create = vk::FenceCreateInfo::default();
@@ -42,7 +42,7 @@ impl Commands {
         Ok(commands)
     }
 
-    /// Waits until what was submitted last is done, then begins to record.
+    /// Waits until the last submission is done, then begins to record.
     pub(crate) fn begin(&mut self) -> Result<vk::CommandBuffer> {
         self.wait()?;
         let device = &self.context.device;
@@ -57,11 +57,12 @@ impl Commands {
         Ok(self.buffer)
     }
 
-    /// Submits what was recorded since [`Commands::begin`]. All of it waits for `wait`, and `signal` waits for it.
+    /// Submits everything that was recorded since [`Commands::begin`]. It starts after `wait` is signalled,
+    /// and signals `signal` at its end.
     ///
     /// # Safety
-    /// What was recorded is sound and stays so until it is done. The semaphores are the device's, those of `wait` are
-    /// signalled or will be, and those of `signal` are not.
+    /// The recorded commands are sound, and stay so until they are done. The semaphores belong to the device.
+    /// Those of `wait` are signalled or will be. Those of `signal` are not signalled.
     pub(crate) unsafe fn submit(&mut self, wait: &[vk::Semaphore], signal: &[vk::Semaphore]) -> Result<()> {
         let (device, id) = (&self.context.device, &self.context.id);
         let stages = vec![vk::PipelineStageFlags::ALL_COMMANDS; wait.len()];
@@ -83,14 +84,14 @@ impl Commands {
         Ok(())
     }
 
-    /// Waits until what was submitted last is done.
+    /// Waits until the last submission is done.
     pub(crate) fn wait(&mut self) -> Result<()> {
         if !self.running {
             return Ok(());
         }
         // SAFETY: the fence was submitted.
         let waited = unsafe { self.context.device.wait_for_fences(&[self.done], true, u64::MAX) };
-        // A lost device is done, too.
+        // A lost device is also done.
         self.running = waited.is_err_and(|result| result != vk::Result::ERROR_DEVICE_LOST);
         if self.running {
             self.context.abandon();
@@ -107,7 +108,7 @@ impl Drop for Commands {
         if self.context.is_abandoned() {
             return;
         }
-        // SAFETY: nothing of it runs any more.
+        // SAFETY: no command of it runs any more.
         unsafe {
             self.context.device.destroy_fence(self.done, None);
             self.context.device.destroy_command_pool(self.pool, None);

@@ -1,4 +1,4 @@
-//! An opened device: what all its sessions share.
+//! An opened device, which all its sessions share.
 use crate::error::{error, failed, too_large};
 use crate::instance::Instance;
 use crate::physical::Physical;
@@ -13,9 +13,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Small sessions share a piece of memory of this size; larger ones follow as more is needed.
+/// Small sessions share a piece of memory of this size. If more is needed, larger pieces follow.
 const FIRST_PIECE: u64 = 16 << 20;
-/// The largest piece that buffers share; what is larger has memory of its own.
+/// The largest piece that buffers share. A larger buffer has memory of its own.
 const LARGEST_PIECE: u64 = 256 << 20;
 
 pub(crate) struct Context {
@@ -29,9 +29,10 @@ pub(crate) struct Context {
     queue: Arc<Mutex<vk::Queue>>,
     pipelines: Vec<Pipeline>,
     cache: vk::PipelineCache,
-    /// `None` only before it is made and while everything is destroyed.
+    /// `None` only before it is made, and while everything is being destroyed.
     allocator: Mutex<Option<Allocator>>,
-    /// `None` where instance and device are the host application's; otherwise both are destroyed with this.
+    /// `None` where instance and device belong to the host application. Otherwise both are destroyed with
+    /// this context.
     instance: Option<Instance>,
     abandoned: AtomicBool,
 }
@@ -41,12 +42,12 @@ pub(crate) struct Context {
 pub(crate) struct Clock {
     /// Nanoseconds in a tick.
     pub(crate) period: f32,
-    /// The bits that count.
+    /// The valid bits of a timestamp.
     pub(crate) mask: u64,
 }
 
 impl Clock {
-    /// The time from one timestamp to a later one; the counter may have started anew between them.
+    /// The time from one timestamp to a later one. The counter may have wrapped around between them.
     pub(crate) fn between(self, start: u64, end: u64) -> Duration {
         let ticks = end.wrapping_sub(start) & self.mask;
         Duration::from_nanos((ticks as f64 * f64::from(self.period)) as u64)
@@ -64,7 +65,8 @@ impl Context {
         if physical.portability_subset {
             extensions.push(ash::khr::portability_subset::NAME.as_ptr());
         }
-        // Every device has it: should an index be wrong after all, it reads zeros and not another program's memory.
+        // Every device has this feature. If an index is wrong in spite of all checks, the kernel reads zeros,
+        // and not another program's memory.
         let features = vk::PhysicalDeviceFeatures::default().robust_buffer_access(true);
         let create = vk::DeviceCreateInfo::default()
             .queue_create_infos(&queues)
@@ -80,7 +82,7 @@ impl Context {
         Self::build(raw_instance, physical, device, queue, Some(instance))
     }
 
-    /// Uses what the host application has opened.
+    /// Uses a device that the host application has opened.
     ///
     /// # Safety
     /// As [`crate::Vulkan::from_device`].
@@ -100,7 +102,7 @@ impl Context {
         queue: Arc<Mutex<vk::Queue>>,
         instance: Option<Instance>,
     ) -> Result<Self> {
-        // From here on, whatever fails, `drop` destroys what there is.
+        // If a call fails from here on, `drop` destroys the objects that exist.
         let mut context = Self {
             info: physical.info.clone(),
             id: physical.info.id(),
@@ -154,7 +156,7 @@ impl Context {
         Ok(())
     }
 
-    /// The queue; whoever holds it may submit.
+    /// The queue. The holder of its lock may submit.
     pub(crate) fn queue(&self) -> MutexGuard<'_, vk::Queue> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -165,8 +167,8 @@ impl Context {
         use_it(allocator.as_mut().expect("the allocator lives as long as the context"))
     }
 
-    /// Fails if the device's memory has fewer than this many bytes left. Some drivers would promise them all
-    /// the same, and break down when they are used.
+    /// Fails if the device's memory has fewer than this many free bytes. Some drivers would still grant the
+    /// memory, and then fail when it is used.
     pub(crate) fn require_memory(&self, bytes: u64) -> Result<()> {
         let Some(memory) = self.info.memory_bytes else { return Ok(()) };
         let used = self.with_allocator(|allocator| allocator.generate_report().total_allocated_bytes);
@@ -184,7 +186,7 @@ impl Context {
         found.expect("every kernel has a pipeline")
     }
 
-    /// Fails if the validation layer has said anything of this device or its sessions, now or before.
+    /// Fails if the validation layer has ever reported a message on this device or its sessions.
     pub(crate) fn check(&self) -> Result<()> {
         match self.instance.as_ref().and_then(|instance| instance.messages.as_ref()) {
             Some(messages) => messages.check(&self.id),
@@ -192,7 +194,7 @@ impl Context {
         }
     }
 
-    /// What the validation layer says, which outlives the device.
+    /// The messages of the validation layer, which outlive the device.
     #[cfg(test)]
     pub(crate) fn messages(&self) -> Option<Arc<crate::validation::Messages>> {
         self.instance.as_ref().and_then(|instance| instance.messages.clone())
@@ -200,8 +202,8 @@ impl Context {
 }
 
 impl Context {
-    /// A wait failed for work that may still go on: nothing of the device is destroyed or freed from now on, as long as the process
-    /// lives, since that may be in use.
+    /// Called after a failed wait for work that may still be running. From now on, nothing of the device is
+    /// destroyed or freed until the process ends, since it may be in use.
     pub(crate) fn abandon(&self) {
         self.abandoned.store(true, Ordering::Relaxed);
     }
@@ -218,8 +220,8 @@ impl Drop for Context {
             std::mem::forget(self.instance.take());
             return;
         }
-        // SAFETY: sessions keep their context alive and wait for the device before they go, so nothing is in use any
-        // more. The device is destroyed only if it is ours, and before its instance.
+        // SAFETY: sessions keep their context alive, and wait for the device before they are dropped. So
+        // nothing is in use any more. The device is destroyed only if it is ours, and before its instance.
         unsafe {
             for pipeline in &self.pipelines {
                 pipeline.destroy(&self.device);

@@ -1,4 +1,4 @@
-//! Copies from buffer to buffer, and how the constants get to the device.
+//! Copies from buffer to buffer, and the upload of the constants to the device.
 use crate::barrier::Access;
 use crate::buffer::Buffer;
 use crate::commands::Commands;
@@ -9,7 +9,7 @@ use rhytid_core::plan::{Plan, Role};
 use rhytid_core::{Result, Rig};
 use std::sync::Arc;
 
-/// What goes between host and device goes in pieces of at most this many bytes.
+/// Data are copied between host and device in pieces of at most this many bytes.
 pub(crate) const STAGING_BYTES: u64 = 16 << 20;
 
 pub(crate) fn region(from: usize, to: usize, bytes: usize) -> vk::BufferCopy {
@@ -50,7 +50,7 @@ pub(crate) fn upload(
     copy(&staging, &copies, context, commands)
 }
 
-/// Copies what is in `staging`, and waits until that is done.
+/// Copies the contents of `staging`, and waits for the copy.
 fn copy(
     staging: &Buffer,
     copies: &[(vk::Buffer, vk::BufferCopy)],
@@ -63,7 +63,7 @@ fn copy(
         unsafe { context.device.cmd_copy_buffer(recording, staging.raw, to, &[region]) };
     }
     context.barrier(recording, Access::COPY_WRITE, Access::KERNEL_READ);
-    // SAFETY: what is recorded above, and waited for below.
+    // SAFETY: the commands are recorded above, and waited for below.
     unsafe { commands.submit(&[], &[]) }?;
     commands.wait()
 }

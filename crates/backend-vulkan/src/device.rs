@@ -15,18 +15,18 @@ pub struct Vulkan {
     pub(crate) context: Arc<Context>,
 }
 
-/// What a host application lends: see [`Vulkan::from_device`].
+/// The objects that a host application lends: see [`Vulkan::from_device`].
 pub struct HostDevice {
-    /// Made with Vulkan 1.1 or later.
+    /// An instance of Vulkan 1.1 or later.
     pub instance: ash::Instance,
-    /// One of the instance's, of Vulkan 1.1 or later.
+    /// A physical device of `instance`, of Vulkan 1.1 or later.
     pub physical_device: vk::PhysicalDevice,
-    /// Made from `physical_device`; no feature or extension is needed.
+    /// A device made from `physical_device`. It needs no feature or extension.
     pub device: ash::Device,
-    /// A queue of `device`. Whoever submits to it, or waits for it to be idle, holds the lock: the host application
-    /// too.
+    /// A queue of `device`. Code that submits to it, or waits for it to be idle, must hold the lock. This
+    /// includes the host application.
     pub queue: Arc<Mutex<vk::Queue>>,
-    /// The queue's family, which can compute.
+    /// The queue's family, which must support compute.
     pub queue_family: u32,
 }
 
@@ -48,17 +48,18 @@ impl Backend for Vulkan {
 }
 
 impl Vulkan {
-    /// Uses a device that the host application has opened. Nothing of the host application's is destroyed.
+    /// Uses a device that the host application has opened. Objects of the host application are never
+    /// destroyed.
     ///
-    /// `RHYTID_VULKAN_VALIDATION` has no effect here: the instance has the layers that it was made with.
+    /// `RHYTID_VULKAN_VALIDATION` has no effect here, since the layers of the instance are already fixed.
     ///
     /// # Errors
-    /// `Unsupported` if the device lacks what the kernels need, `NotFound` if it is not one of the instance's;
-    /// [`rhytid_core::Error::Device`].
+    /// [`rhytid_core::Error::Device`]: `Unsupported` if the device lacks something that the kernels need,
+    /// `NotFound` if it does not belong to the instance.
     ///
     /// # Safety
-    /// All parts of `host` are valid, belong together as [`HostDevice`] says, and outlive the value returned and every
-    /// session made from it. The queue is used under its lock alone.
+    /// All parts of `host` are valid and belong together as [`HostDevice`] says. They outlive the returned
+    /// value and every session made from it. The queue is used only under its lock.
     pub unsafe fn from_device(host: HostDevice) -> Result<Self> {
         let mut found = physical_devices(&host.instance)?.into_iter();
         let Some(mut physical) = found.find(|physical| physical.raw == host.physical_device) else {
@@ -67,12 +68,12 @@ impl Vulkan {
             return Err(error(DeviceErrorKind::NotFound, Self::NAME, message.into()));
         };
         physical.queue_family = host.queue_family;
-        // SAFETY: the caller sees to it.
+        // SAFETY: the caller guarantees this.
         let context = unsafe { Context::of_host(host.instance, &physical, host.device, host.queue) }?;
         Ok(Self { context: Arc::new(context) })
     }
 
-    /// Which device it is.
+    /// The description of the device.
     pub fn info(&self) -> &DeviceInfo {
         &self.context.info
     }

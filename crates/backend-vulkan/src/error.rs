@@ -1,12 +1,12 @@
-//! The driver's errors as ours.
+//! The driver's errors as errors of Rhytid.
 use ash::vk;
 use gpu_allocator::AllocationError;
 use rhytid_core::{DeviceErrorKind, Error};
 
-/// What to do where memory does not suffice.
+/// The remedy where memory does not suffice.
 const LESS_MEMORY: &str = "evaluate fewer frames in a batch, or store the basis as fp16";
 
-/// For `map_err`: `doing` says what was tried, as a noun phrase.
+/// For `map_err`. `doing` is a noun phrase for the work that failed.
 pub(crate) fn failed(device: &str, doing: &str) -> impl FnOnce(vk::Result) -> Error {
     move |result| {
         let kind = match result {
@@ -30,10 +30,10 @@ pub(crate) fn failed(device: &str, doing: &str) -> impl FnOnce(vk::Result) -> Er
     }
 }
 
-/// For `map_err`: memory for `what` was asked for.
+/// For `map_err`, after a request for memory for `what`.
 pub(crate) fn not_allocated(device: &str, what: &str, bytes: u64) -> impl FnOnce(AllocationError) -> Error {
     move |cause| {
-        // The allocator passes on what the driver said as text, except the first.
+        // The allocator passes on the driver's errors as text, except `OutOfMemory`.
         let out_of_memory = matches!(cause, AllocationError::OutOfMemory)
             || cause.to_string().contains("ERROR_OUT_OF_HOST_MEMORY");
         if out_of_memory {
@@ -44,7 +44,7 @@ pub(crate) fn not_allocated(device: &str, what: &str, bytes: u64) -> impl FnOnce
     }
 }
 
-/// `what` needs more memory than there is.
+/// The error where `what` needs more memory than there is.
 pub(crate) fn too_large(device: &str, what: &str) -> Error {
     let message = format!("the device's memory does not suffice: {what}; {LESS_MEMORY}");
     error(DeviceErrorKind::OutOfMemory, device, message)

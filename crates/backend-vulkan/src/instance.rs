@@ -14,7 +14,7 @@ pub(crate) struct Instance {
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     /// `None` where validation was not asked for.
     pub(crate) messages: Option<Arc<Messages>>,
-    /// The loader's library, which stays loaded as long as this.
+    /// The loader's library, which stays loaded as long as this value exists.
     _entry: ash::Entry,
 }
 
@@ -22,7 +22,7 @@ impl Instance {
     /// `None` where there is no loader, no driver, or only Vulkan 1.0.
     ///
     /// # Errors
-    /// `Unsupported` if validation is asked for and the layer is not installed; what the driver says.
+    /// `Unsupported` if validation is requested and the layer is not installed. Errors of the driver.
     pub(crate) fn new(validation: bool) -> Result<Option<Self>> {
         // SAFETY: the system's Vulkan loader is trusted to do nothing strange when it is loaded.
         let entry = match unsafe { ash::Entry::load() } {
@@ -44,7 +44,7 @@ impl Instance {
         let mut extensions = Vec::new();
         let mut layers = Vec::new();
         let mut flags = vk::InstanceCreateFlags::empty();
-        // Drivers on top of another API than the system's own (MoltenVK) show up only if they are asked for.
+        // Drivers on top of another API of the system (MoltenVK) are listed only if they are requested.
         if has_extension(&entry, khr::portability_enumeration::NAME)? {
             extensions.push(khr::portability_enumeration::NAME.as_ptr());
             flags |= vk::InstanceCreateFlags::ENUMERATE_PORTABILITY_KHR;
@@ -56,7 +56,7 @@ impl Instance {
         }
         let application = vk::ApplicationInfo::default()
             .engine_name(c"rhytid")
-            // The newest version that may be used where it is found.
+            // The newest version that this backend may use if a device has it.
             .api_version(vk::API_VERSION_1_3);
         let mut create = vk::InstanceCreateInfo::default()
             .application_info(&application)
@@ -99,8 +99,8 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: both were made by `new`, whoever uses the instance keeps this value alive, and the messages, which
-        // the destruction may add to, are dropped after this.
+        // SAFETY: both were made by `new`. Users of the instance keep this value alive. The destruction may
+        // add messages, and these are dropped after it.
         unsafe {
             if let Some((debug_utils, messenger)) = self.messenger.take() {
                 debug_utils.destroy_debug_utils_messenger(messenger, None);

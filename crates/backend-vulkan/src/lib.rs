@@ -1,13 +1,15 @@
 //! The Vulkan backend: any driver of Vulkan 1.1 or later, found when the program runs.
 //!
-//! A machine without a Vulkan loader or without a driver has no devices, and that is no error. No feature, extension
-//! or limit beyond Vulkan 1.1's smallest is needed, but seven storage buffers for a shader, which all known drivers have.
+//! A machine without a Vulkan loader or without a driver has no devices, which is no error. The backend needs
+//! no feature or extension. It needs no limit above Vulkan 1.1's minimum, except for seven storage buffers in
+//! a shader. All known drivers have these.
 //!
-//! `RHYTID_VULKAN_VALIDATION=1` turns on Khronos' validation layer with synchronization validation; then its
-//! messages are errors.
+//! `RHYTID_VULKAN_VALIDATION=1` turns on Khronos' validation layer with synchronization validation. Its
+//! messages are then errors.
 //!
-//! A renderer hands in its own device ([`Vulkan::from_device`]) and takes the results where they are
-//! ([`VulkanSession::result`]), with semaphores on both sides ([`VulkanSession::evaluate_with`]).
+//! A renderer can lend its own device ([`Vulkan::from_device`]). It then uses the results in their buffers
+//! without a copy ([`VulkanSession::result`]). Semaphores synchronise both sides
+//! ([`VulkanSession::evaluate_with`]).
 //!
 //! ```
 //! use rhytid_backend_vulkan::Vulkan;

@@ -1,4 +1,4 @@
-//! The devices that there are, and what they can do.
+//! The devices of this machine, and their capabilities.
 use crate::error::failed;
 use ash::{khr, vk};
 use rhytid_core::plan::PlanLimits;
@@ -12,11 +12,11 @@ pub(crate) struct Physical {
     /// The queue family to compute on.
     pub(crate) queue_family: u32,
     pub(crate) limits: PlanLimits,
-    /// Storage buffers that a shader can be given.
+    /// The number of storage buffers that a shader can have.
     pub(crate) max_storage_buffers: u32,
     /// Nanoseconds in a tick of the timestamps.
     pub(crate) timestamp_period: f32,
-    /// Whether `VK_KHR_portability_subset` is there; it must be enabled then.
+    /// Whether the device has `VK_KHR_portability_subset`, which must then be enabled.
     pub(crate) portability_subset: bool,
 }
 
@@ -25,7 +25,7 @@ pub(crate) fn physical_devices(instance: &ash::Instance) -> Result<Vec<Physical>
     // SAFETY: the instance is alive, here and below.
     let found = match unsafe { instance.enumerate_physical_devices() } {
         Ok(found) => found,
-        // Some loaders say so where drivers are installed but none has a device.
+        // Some loaders return this error where drivers are installed but none has a device.
         Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
         Err(result) => return Err(failed("vulkan", "listing the devices")(result)),
     };
@@ -96,7 +96,8 @@ fn examine(instance: &ash::Instance, raw: vk::PhysicalDevice, index: usize) -> R
     }))
 }
 
-/// The first family that computes; where some of them measure time, the first of those.
+/// The first family that supports compute and measures time. If none measures time, the first that supports
+/// compute.
 fn compute_queue_family(instance: &ash::Instance, raw: vk::PhysicalDevice) -> Option<u32> {
     // SAFETY: `raw` is one of the instance's devices.
     let families = unsafe { instance.get_physical_device_queue_family_properties(raw) };
@@ -115,7 +116,7 @@ fn device_local_bytes(instance: &ash::Instance, raw: vk::PhysicalDevice) -> Opti
     heaps.filter(|heap| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL)).map(|heap| heap.size).max()
 }
 
-/// What a driver has put into an array of characters, up to the first null.
+/// The text in a driver's array of characters, up to the first null.
 fn text(characters: &[c_char]) -> String {
     let bytes: Vec<u8> = characters.iter().map(|&c| c as u8).take_while(|&c| c != 0).collect();
     String::from_utf8_lossy(&bytes).into_owned()

@@ -6,7 +6,7 @@ use rhytid_kernels::table::Kernel;
 use std::ffi::CString;
 use std::io::Cursor;
 
-/// Null where it could not be made; destroying it is sound all the same.
+/// A kernel's pipeline. Handles are null where it could not be made. Destroying it is sound in any case.
 pub(crate) struct Pipeline {
     pub(crate) kernel: Kernel,
     /// The kernel's constant `FRAMES`.
@@ -27,7 +27,7 @@ impl Pipeline {
         }
     }
 
-    /// Makes what `new` left out.
+    /// Makes the objects that `new` left null.
     pub(crate) fn build(&mut self, device: &ash::Device, id: &str, cache: vk::PipelineCache) -> Result<()> {
         let entry = self.kernel.entry();
         let name = entry.name;
@@ -44,7 +44,7 @@ impl Pipeline {
             })
             .collect();
         let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
-        // SAFETY: here and below, the device is alive, and so is what the structures point to.
+        // SAFETY: here and below, the device and everything that the structures point to are alive.
         let set_layout = unsafe { device.create_descriptor_set_layout(&create, None) };
         self.set_layout = set_layout.map_err(failed("descriptor set layout"))?;
 
@@ -88,7 +88,7 @@ impl Pipeline {
     /// # Safety
     /// `device` is the one it was built on, and no longer uses it.
     pub(crate) unsafe fn destroy(&self, device: &ash::Device) {
-        // SAFETY: the caller sees to it; what was not made is null, which is ignored.
+        // SAFETY: the caller guarantees this. Objects that were not made are null, which is ignored.
         unsafe {
             device.destroy_pipeline(self.raw, None);
             device.destroy_pipeline_layout(self.layout, None);

@@ -24,16 +24,16 @@ pub struct VulkanSession {
     frames: usize,
     /// Whether its stages on demand have been computed.
     demanded: bool,
-    /// As in the plan.
+    /// The buffers, in the plan's order.
     buffers: Vec<Buffer>,
-    /// The inputs of a batch, where the host can write them.
+    /// The inputs of a batch, in memory that the host can write.
     inputs: Buffer,
-    /// Where the host can read a piece of a result.
+    /// Memory in which the host can read a piece of a result.
     readback: Buffer,
     descriptor_pool: vk::DescriptorPool,
-    /// One for each dispatch of the largest batch.
+    /// One descriptor set for each dispatch of the largest batch.
     descriptor_sets: Vec<vk::DescriptorSet>,
-    /// [`TIMESTAMPS`] for each slice; null where the device cannot measure.
+    /// [`TIMESTAMPS`] queries for each slice. Null where the device cannot measure.
     timestamps: vk::QueryPool,
     batch: Commands,
     transfer: Commands,
@@ -42,11 +42,11 @@ pub struct VulkanSession {
     pub(crate) no_barrier_after: Option<Stage>,
 }
 
-/// Where consecutive frames of a stage's result are.
+/// The place of consecutive frames of a stage's result.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ResultSlice {
-    /// Frames × the stage's shape of `f32`, from offset 0, without padding. Made to be a storage buffer, a vertex
-    /// buffer and the source of a copy, for the session's queue family alone.
+    /// Frames × the stage's shape of `f32`, from offset 0, without padding. The buffer can be a storage
+    /// buffer, a vertex buffer and the source of a copy. It belongs to the session's queue family only.
     pub buffer: vk::Buffer,
     /// The first frame in it, counted from the first of the batch.
     pub first_frame: usize,
@@ -131,7 +131,7 @@ impl VulkanSession {
         let allocate = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(self.descriptor_pool)
             .set_layouts(&layouts);
-        // SAFETY: the pool has room for these, and nobody else uses it.
+        // SAFETY: the pool has room for these, and no other code uses it.
         self.descriptor_sets = unsafe { device.allocate_descriptor_sets(&allocate) }.map_err(failed())?;
         for (dispatch, &set) in dispatches.iter().zip(&self.descriptor_sets) {
             let infos: Vec<_> = dispatch
@@ -171,19 +171,20 @@ impl VulkanSession {
         Ok(())
     }
 
-    /// As [`Session::evaluate`], for a renderer that shares the device: the batch starts after `wait`, and `signal` is
-    /// signalled when the results are complete and visible to whatever waits for it. A renderer that still reads the
-    /// last results signals a semaphore of `wait` when it is done.
+    /// As [`Session::evaluate`], for a renderer that shares the device. The batch starts after `wait`.
+    /// `signal` is signalled when the results are complete and visible to work that waits for it. A renderer
+    /// may still be reading the last results. It then has to signal a semaphore of `wait` when it is done.
     ///
-    /// What the renderer submits to the same queue after this needs no semaphore to see the results.
+    /// Work that the renderer submits later to the same queue sees the results without a semaphore.
     ///
     /// # Errors
     /// As [`Session::evaluate`]; [`Error::Input`] if the positions are not frames × H × 3 for 1 to
-    /// [`UploadOptions::max_frames`] frames. That they are finite is not checked.
+    /// [`UploadOptions::max_frames`] frames. It is not checked that they are finite.
     ///
     /// # Safety
-    /// The semaphores are binary ones of the session's device and stay alive until the batch is done. Each of `wait` is
-    /// signalled, or what signals it has been submitted; none of `signal` is, or will be by something else.
+    /// The semaphores are binary, belong to the session's device, and stay alive until the batch is done.
+    /// Each semaphore of `wait` is signalled, or the work that signals it has been submitted. No semaphore of
+    /// `signal` is signalled, or will be signalled by other work.
     pub unsafe fn evaluate_with(
         &mut self,
         frames: HandleFrames<'_>,
@@ -210,20 +211,20 @@ impl VulkanSession {
             filled += bytes.len();
         }
         self.record(commands, frames, &copies);
-        // SAFETY: the buffers live until the batch is done, and the caller answers for the semaphores.
+        // SAFETY: the buffers live until the batch is done, and the caller guarantees the semaphores.
         unsafe { self.batch.submit(wait, signal) }?;
         (self.frames, self.demanded) = (frames, false);
         self.context.check()
     }
 
-    /// Records a batch: the inputs in, by `copies`, then slice by slice one stage after the other.
+    /// Records a batch: first the copies of the inputs, then slice by slice one stage after the other.
     fn record(&self, commands: vk::CommandBuffer, frames: usize, copies: &[(vk::Buffer, vk::BufferCopy)]) {
         let device = &self.context.device;
         let measured = self.timestamps != vk::QueryPool::null();
         let slices: Vec<_> = self.plan.slices(frames).collect();
         if measured {
             let count = (TIMESTAMPS * slices.len()) as u32;
-            // SAFETY: the pool has at least as many, and the last batch is done with it.
+            // SAFETY: the pool has at least this many queries, and the last batch is done with it.
             unsafe { device.cmd_reset_query_pool(commands, self.timestamps, 0, count) };
         }
         for &(to, region) in copies {
@@ -269,7 +270,7 @@ impl VulkanSession {
         let device = &self.context.device;
         let pipeline = self.context.pipeline(dispatch.kernel, dispatch.frames_at_once);
         let [x, y] = dispatch.workgroups;
-        // SAFETY: pipeline and set are alive and fit together; the plan keeps within the limits.
+        // SAFETY: pipeline and set are alive and fit together. The plan stays within the limits.
         unsafe {
             let point = vk::PipelineBindPoint::COMPUTE;
             device.cmd_bind_pipeline(commands, point, pipeline.raw);
@@ -290,16 +291,17 @@ impl VulkanSession {
             }
         }
         self.context.barrier(commands, Access::KERNEL_WRITE, Access::ANY_READ);
-        // SAFETY: what is recorded above, and waited for below.
+        // SAFETY: the commands are recorded above, and waited for below.
         unsafe { self.transfer.submit(&[], &[]) }?;
         self.transfer.wait()?;
         self.demanded = true;
         Ok(())
     }
 
-    /// Where the results of the last batch are on the device, in the order of their frames. They are complete when the
-    /// semaphores of [`VulkanSession::evaluate_with`] say so, and change with the next batch; those of a stage that is
-    /// [on demand](rhytid_core::plan::Plan::is_on_demand) when it has been read. The buffers belong to the session.
+    /// The places of the last batch's results on the device, in the order of their frames. The semaphores of
+    /// [`VulkanSession::evaluate_with`] tell when the results are complete. A stage that is [on
+    /// demand](rhytid_core::plan::Plan::is_on_demand) is complete when it has been read. The next batch
+    /// overwrites the results. The buffers belong to the session.
     pub fn result(&self, stage: Stage) -> Vec<ResultSlice> {
         let at = Stage::ALL.iter().position(|&s| s == stage).unwrap_or(0);
         self.plan
@@ -315,7 +317,7 @@ impl VulkanSession {
 
 impl Session for VulkanSession {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
-        // SAFETY: there is no semaphore.
+        // SAFETY: no semaphores are passed.
         unsafe { self.evaluate_with(frames, &[], &[]) }
     }
 
@@ -339,7 +341,7 @@ impl Session for VulkanSession {
                     device.cmd_copy_buffer(commands, slice.buffer, self.readback.raw, &[region]);
                 }
                 self.context.barrier(commands, Access::COPY_WRITE, Access::HOST_READ);
-                // SAFETY: what is recorded above, and waited for below.
+                // SAFETY: the commands are recorded above, and waited for below.
                 unsafe { self.transfer.submit(&[], &[]) }?;
                 self.transfer.wait()?;
                 let bytes: &mut [u8] = bytemuck::cast_slice_mut(out);
@@ -381,7 +383,7 @@ impl Drop for VulkanSession {
         if self.context.is_abandoned() {
             return;
         }
-        // SAFETY: the device is done with them; what was not made is null, which is ignored.
+        // SAFETY: the device is done with them. Objects that were not made are null, which is ignored.
         unsafe {
             self.context.device.destroy_descriptor_pool(self.descriptor_pool, None);
             self.context.device.destroy_query_pool(self.timestamps, None);

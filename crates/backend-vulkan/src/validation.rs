@@ -1,4 +1,4 @@
-//! Khronos' validation layer: turned on by request, and its messages are remembered.
+//! Khronos' validation layer. It is turned on by request, and its messages are remembered.
 use crate::error::error;
 use ash::{ext, vk};
 use rhytid_core::{DeviceErrorKind, Result};
@@ -8,7 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 pub(crate) const LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 pub(crate) const EXTENSIONS: [&CStr; 2] = [ext::debug_utils::NAME, ext::validation_features::NAME];
-/// On top of what the layer checks by itself.
+/// Checks in addition to the layer's default ones.
 pub(crate) const FEATURES: [vk::ValidationFeatureEnableEXT; 1] =
     [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
 
@@ -17,7 +17,7 @@ pub(crate) fn requested() -> bool {
     std::env::var_os("RHYTID_VULKAN_VALIDATION").is_some_and(|value| value == "1")
 }
 
-/// What the layer said of an instance and all that was made from it.
+/// The layer's messages about an instance and everything that was made from it.
 #[derive(Debug, Default)]
 pub(crate) struct Messages(Mutex<Vec<String>>);
 
@@ -27,7 +27,7 @@ impl Messages {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// A message is a failure, and remains one: what was evaluated since cannot be trusted.
+    /// Fails if there is any message. The failure is permanent, since later results cannot be trusted.
     pub(crate) fn check(&self, device: &str) -> Result<()> {
         let messages = self.all();
         if messages.is_empty() {
@@ -37,12 +37,13 @@ impl Messages {
         Err(error(DeviceErrorKind::Driver, device, message))
     }
 
-    /// Has the layer's warnings and errors remembered here, which must outlive the messenger.
+    /// The setup of a messenger that stores the layer's warnings and errors here. This value must outlive the
+    /// messenger.
     pub(crate) fn messenger(&self) -> vk::DebugUtilsMessengerCreateInfoEXT<'_> {
         use vk::{DebugUtilsMessageSeverityFlagsEXT as Severity, DebugUtilsMessageTypeFlagsEXT as Type};
         vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(Severity::WARNING | Severity::ERROR)
-            // Hints about performance are not asked for, nor what the loader says of other drivers.
+            // Hints about performance and the loader's messages about other drivers are left out.
             .message_type(Type::VALIDATION)
             .pfn_user_callback(Some(remember))
             .user_data(std::ptr::from_ref(self).cast_mut().cast())
@@ -55,9 +56,9 @@ unsafe extern "system" fn remember(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     messages: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: `Messages::messenger` made this pointer, and what it points to outlives the messenger.
+    // SAFETY: `Messages::messenger` made this pointer, and the messages outlive the messenger.
     let messages = unsafe { &*messages.cast::<Messages>() };
-    // SAFETY: the layer gives a valid structure with a null-terminated message, for the time of this call.
+    // SAFETY: for the time of this call, the layer gives a valid structure with a null-terminated message.
     let text = unsafe { (*data).message_as_c_str() }.map_or(Cow::Borrowed(""), CStr::to_string_lossy);
     log::error!("Vulkan validation: {text}");
     messages.0.lock().unwrap_or_else(PoisonError::into_inner).push(text.into_owned());

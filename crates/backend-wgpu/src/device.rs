@@ -1,4 +1,4 @@
-//! wgpu's devices, opened here or lent by a host application.
+//! Devices of wgpu, opened here or lent by a host application.
 use crate::WgpuSession;
 use crate::faults::{Faults, error};
 use crate::gpu::Gpu;
@@ -9,7 +9,7 @@ use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Result, Rig, UploadOptions};
 use std::sync::Arc;
 
-/// A device of wgpu's. Clones share it.
+/// A device of wgpu. Clones share it.
 #[derive(Debug, Clone)]
 pub struct Wgpu {
     pub(crate) gpu: Arc<Gpu>,
@@ -17,7 +17,7 @@ pub struct Wgpu {
 }
 
 impl Wgpu {
-    /// Opens the device that wgpu prefers: the way to open one in a browser, where nothing can wait.
+    /// Opens the device that wgpu prefers. Use this in browsers, which do not allow waiting.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`]: there is none, it cannot run the kernels, or its driver fails.
@@ -34,39 +34,42 @@ impl Wgpu {
         })?;
         let id = format!("{} ({})", Self::NAME, adapter.get_info().name);
         let (device, queue, faults) = request(&adapter, &id).await?;
-        Ok(Self::of(Gpu::new(id, device, queue, faults)?))
+        Ok(Self::new(Gpu::new(id, device, queue, faults)?))
     }
 
-    /// Computes on the device of a host application, which can then draw with the results. Its limits must be WebGPU's
-    /// defaults or better; with the feature `TIMESTAMP_QUERY` stages are timed. The host keeps its handlers for uncaptured
-    /// errors and for the loss of the device: errors of this backend's own calls do not reach them.
+    /// Computes on the device of a host application, which can then draw with the results. Its limits must be
+    /// WebGPU's defaults or better. With the feature `TIMESTAMP_QUERY`, stages are timed. The host keeps its
+    /// handlers for uncaptured errors and for the loss of the device. Errors of this backend's own calls do
+    /// not reach them.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`]: `Unsupported`, naming the limit that is too low, or `Build`.
     pub fn from_device(device: wgpu::Device, queue: wgpu::Queue) -> Result<Self> {
         let id = format!("{} ({})", Self::NAME, device.adapter_info().name);
-        Ok(Self::of(Gpu::new(id, device, queue, Arc::default())?))
+        Ok(Self::new(Gpu::new(id, device, queue, Arc::default())?))
     }
 
-    fn of(gpu: Gpu) -> Self {
+    fn new(gpu: Gpu) -> Self {
         Self { limits: gpu.limits, gpu: Arc::new(gpu) }
     }
 
-    /// The same device, where arrays and batches are split into bindings of at most `bytes`, if the device itself takes more: a rig
-    /// then occupies more and smaller pieces of memory. What is computed is the same by bits.
+    /// The same device, with arrays and batches split into bindings of at most `bytes`. This has an effect
+    /// only if the device allows more. A rig then has more and smaller pieces of memory. The results have the
+    /// same bits.
     #[must_use]
     pub fn with_bindings_of_at_most(mut self, bytes: u64) -> Self {
         self.limits.max_binding_bytes = self.limits.max_binding_bytes.min(bytes);
         self
     }
 
-    /// What it is. Its index is 0: a device that was requested or lent has no place in the list of [`Backend::devices`].
+    /// The description of the device. The index of a device that was requested or lent is 0, since it has no
+    /// place in the list of [`Backend::devices`].
     pub fn info(&self) -> DeviceInfo {
         info(0, &self.gpu.device.adapter_info(), self.limits.max_binding_bytes)
     }
 
-    /// What a host asks of an adapter, so that [`Wgpu::from_device`] takes the device: WebGPU's default limits, and times of stages where
-    /// there are any.
+    /// The request for a device that [`Wgpu::from_device`] accepts. It has WebGPU's default limits and, where
+    /// the adapter has them, timestamps.
     pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         wgpu::DeviceDescriptor {
             label: Some("rhytid"),
@@ -81,7 +84,8 @@ impl Wgpu {
         info_of_adapter(device.index, adapter) == *device
     }
 
-    /// Adapters in the order of their ranks are in that of [`Backend::devices`]: GPUs before software.
+    /// The rank of an adapter. Sorted by rank, adapters are in the order of [`Backend::devices`]: GPUs before
+    /// software.
     pub fn rank(adapter: &wgpu::Adapter) -> u8 {
         let info = adapter.get_info();
         let of_kind = match info.device_type {
@@ -99,12 +103,14 @@ impl Wgpu {
         &self.gpu.device
     }
 
-    /// The queue that batches are submitted to: what a renderer submits to it after a batch comes after it.
+    /// The queue to which batches are submitted. Work that a renderer submits to it after a batch runs after
+    /// the batch.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.gpu.queue
     }
 
-    /// A device and its queue without the kernels, which takes a part of the time: for a program that draws with it and no more.
+    /// Opens a device and its queue without the kernels, which takes less time. This is for a program that
+    /// only draws.
     ///
     /// # Errors
     /// As [`Backend::open`].
@@ -114,17 +120,17 @@ impl Wgpu {
     }
 }
 
-/// Opens an adapter, with what hears of the device's faults.
+/// Opens an adapter, with the receiver of the device's faults.
 async fn request(adapter: &wgpu::Adapter, id: &str) -> Result<(wgpu::Device, wgpu::Queue, Arc<Faults>)> {
     let (device, queue) = adapter
         .request_device(&Wgpu::device_descriptor(adapter))
         .await
         .map_err(|reason| error(DeviceErrorKind::Driver, id, format!("the device did not open: {reason}")))?;
-    let faults = Faults::of(&device);
+    let faults = Faults::new(&device);
     Ok((device, queue, faults))
 }
 
-/// The adapter that a device is.
+/// The adapter of a device.
 fn adapter_of(device: &DeviceInfo) -> Result<wgpu::Adapter> {
     let found = adapters().into_iter().map(|(index, adapter)| (info_of_adapter(index, &adapter), adapter));
     let mut found = found.filter(|(info, _)| info == device);
@@ -144,7 +150,7 @@ impl Backend for Wgpu {
 
     fn open(device: &DeviceInfo) -> Result<Self> {
         let (opened, queue, faults) = blocking(request(&adapter_of(device)?, &device.id()))?;
-        Ok(Self::of(Gpu::new(device.id(), opened, queue, faults)?))
+        Ok(Self::new(Gpu::new(device.id(), opened, queue, faults)?))
     }
 
     fn upload(&self, rig: &Rig, options: UploadOptions) -> Result<WgpuSession> {
@@ -152,20 +158,22 @@ impl Backend for Wgpu {
     }
 }
 
-/// Each device has an instance of its own: on GL devices of one instance share a context, which one thread at a time can
-/// use.
+/// Each device has an instance of its own. On GL, devices of one instance share a context, which only one
+/// thread at a time can use.
 fn instance() -> wgpu::Instance {
     wgpu::Instance::new(wgpu::InstanceDescriptor {
-        // By default debug builds turn on Vulkan's validation layer, which is for wgpu's own developers.
+        // By default, debug builds turn on Vulkan's validation layer. That is for developers of wgpu, so it
+        // is off here.
         flags: wgpu::InstanceFlags::empty().with_env(),
         ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
     })
 }
 
-/// OpenGL's devices count from here, so that none of them takes the place of another API's whose driver is broken.
+/// Devices of OpenGL count from here. So they never get the index of another API's device whose driver is
+/// broken.
 const OPENGL: usize = 8;
 
-/// What can run the kernels, with the place that it has in the list of all: GPUs before software.
+/// The adapters that can run the kernels, with their index in the list of all: GPUs before software.
 #[cfg(not(target_arch = "wasm32"))]
 fn adapters() -> Vec<(usize, wgpu::Adapter)> {
     let mut adapters = pollster::block_on(instance().enumerate_adapters(wgpu::Backends::all()));
@@ -214,13 +222,13 @@ fn info(index: usize, info: &wgpu::AdapterInfo, max_binding_bytes: u64) -> Devic
     }
 }
 
-/// Waits for `future`; nothing in a browser can.
+/// Waits for `future`. Browsers do not allow this.
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) fn blocking<T>(future: impl Future<Output = Result<T>>) -> Result<T> {
     pollster::block_on(future)
 }
 
-/// Waits for `future`; nothing in a browser can.
+/// Waits for `future`. Browsers do not allow this.
 #[cfg(target_arch = "wasm32")]
 pub(crate) fn blocking<T>(_: impl Future<Output = Result<T>>) -> Result<T> {
     let message =

@@ -1,4 +1,4 @@
-//! Faults that wgpu reports, when and wherever it does, as [`Error::Device`].
+//! All faults that wgpu reports, as [`Error::Device`].
 use rhytid_core::{DeviceErrorKind, Error};
 use std::pin::Pin;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -9,7 +9,7 @@ pub(crate) fn error(kind: DeviceErrorKind, device: &str, message: impl Into<Stri
     Error::Device { kind, device: device.to_owned(), message: message.into() }
 }
 
-/// What an error of wgpu means, when it was met while `doing` something.
+/// The meaning of an error of wgpu that occurred while `doing` something.
 pub(crate) fn error_of(fault: &wgpu::Error, device: &str, doing: &str) -> Error {
     use DeviceErrorKind::{Driver, OutOfMemory};
     match fault {
@@ -29,7 +29,7 @@ pub(crate) fn error_of(fault: &wgpu::Error, device: &str, doing: &str) -> Error 
     }
 }
 
-/// wgpu's messages are trees of indented lines under a heading.
+/// One sentence from wgpu's message, which is a tree of indented lines under a heading.
 fn sentence(message: &str) -> String {
     let lines = message.lines().map(str::trim);
     let lines: Vec<&str> = lines
@@ -38,8 +38,8 @@ fn sentence(message: &str) -> String {
     lines.join(": ")
 }
 
-/// What a device says outside any call of ours. A host application has its own handlers, so of its device there is only
-/// what this crate finds out.
+/// The faults that a device reports outside the calls of this crate. A host application has its own handlers.
+/// For its device there are only the faults that this crate detects.
 #[derive(Debug, Default)]
 pub(crate) struct Faults {
     /// Why the device was lost.
@@ -48,8 +48,8 @@ pub(crate) struct Faults {
 }
 
 impl Faults {
-    /// Collects what `device` says from now on; by default wgpu panics.
-    pub(crate) fn of(device: &wgpu::Device) -> Arc<Self> {
+    /// Collects the faults of `device` from now on. By default wgpu would panic.
+    pub(crate) fn new(device: &wgpu::Device) -> Arc<Self> {
         let faults = Arc::new(Self::default());
         let uncaptured = faults.clone();
         device.on_uncaptured_error(Arc::new(move |fault| {
@@ -62,7 +62,7 @@ impl Faults {
         faults
     }
 
-    /// The last error that nobody caught.
+    /// The last uncaptured error.
     pub(crate) fn take_uncaptured(&self) -> Option<wgpu::Error> {
         self.uncaptured.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -70,7 +70,7 @@ impl Faults {
 
 type ErrorFuture = Pin<Box<dyn Future<Output = Option<wgpu::Error>> + Send>>;
 
-/// The errors of calls that were made within [`scoped`]. They are there at once, but not in a browser.
+/// The errors of calls that were made within [`scoped`]. They are known at once, except in browsers.
 #[derive(Default)]
 pub(crate) struct Pending(Vec<ErrorFuture>);
 
@@ -80,14 +80,14 @@ pub(crate) fn scoped<T>(device: &wgpu::Device, pending: &mut Pending, calls: imp
     let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
     let result = calls();
-    // The innermost first; but it is want of memory that the others follow from.
+    // The innermost scope comes first. But lack of memory is reported first, since the others follow from it.
     let [internal, validation]: [ErrorFuture; 2] = [Box::pin(internal.pop()), Box::pin(validation.pop())];
     pending.0.extend([Box::pin(memory.pop()) as ErrorFuture, internal, validation]);
     result
 }
 
 impl Pending {
-    /// The first error, as far as is known without waiting.
+    /// The first error that is known without waiting.
     pub(crate) fn known(&mut self) -> Option<wgpu::Error> {
         let mut first = None;
         self.0.retain_mut(|future| match future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {

@@ -9,20 +9,21 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// The device, its queue and its pipelines.
 #[derive(Debug)]
 pub(crate) struct Gpu {
-    /// Names the device in errors.
+    /// The name of the device in errors.
     pub id: String,
     pub device: wgpu::Device,
     pub queue: wgpu::Queue,
-    /// What one buffer and one dispatch may be.
+    /// The limits of one buffer and of one dispatch.
     pub limits: PlanLimits,
-    /// In the order of [`builds`].
+    /// The pipelines, in the order of [`builds`].
     pipelines: Vec<wgpu::ComputePipeline>,
     faults: Arc<Faults>,
     turn: Option<Mutex<()>>,
 }
 
 impl Gpu {
-    /// Compiles the kernels for `device`, whose limits must be enough for them. `faults` hear of a device of our own.
+    /// Compiles the kernels for `device`, whose limits must be sufficient. `faults` collects the faults of a
+    /// device that this crate has opened.
     pub(crate) fn new(
         id: String,
         device: wgpu::Device,
@@ -64,19 +65,21 @@ impl Gpu {
         &self.pipelines[index.unwrap_or_else(|| unreachable!("{} is one of the kernels", kernel.name()))]
     }
 
-    /// Held while wgpu is called, and for [`Gpu::check`] and [`Gpu::wait`]. On GL all threads share a context, and wgpu
-    /// panics if it is busy with one of them for some seconds; elsewhere nobody needs to wait.
+    /// A lock to hold during calls of wgpu, and for [`Gpu::check`] and [`Gpu::wait`]. On GL all threads share
+    /// a context. wgpu panics if one of them keeps it busy for some seconds. Other APIs need no lock.
     pub(crate) fn turn(&self) -> Option<MutexGuard<'_, ()>> {
         self.turn.as_ref().map(|turn| turn.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// An error if the device is lost, or else `fault`, met while `doing` something.
+    /// An error if the device is lost. Otherwise the error of `fault`, which occurred while `doing`
+    /// something.
     pub(crate) fn check(&self, fault: Option<wgpu::Error>, doing: &str) -> Result<()> {
         if let Some(reason) = self.faults.lost.get() {
             return Err(self.lost(doing, reason));
         }
         let Some(fault) = fault.or_else(|| self.faults.take_uncaptured()) else { return Ok(()) };
-        // Whatever is asked of a lost device is refused as if it were wrong, and a host's device is not ours to listen to.
+        // A lost device refuses every call as invalid. A host's device does not report its loss to this
+        // crate.
         if matches!(fault, wgpu::Error::Validation { .. }) && self.refuses_everything() {
             return Err(self.lost(doing, "it refuses everything"));
         }
@@ -108,7 +111,7 @@ impl Gpu {
             // wgpu panics if the device is lost meanwhile.
             match catch_unwind(AssertUnwindSafe(|| self.device.poll(wait.clone()))) {
                 Ok(Ok(_)) => return Ok(()),
-                // GL waits for two seconds at the most; if it is over sooner, the driver has refused to wait.
+                // GL waits for at most two seconds. If it returns sooner, the driver has refused to wait.
                 Ok(Err(wgpu::PollError::Timeout)) if start.elapsed() > Duration::from_secs(1) => {}
                 Ok(Err(reason)) => return Err(self.lost(doing, &reason.to_string())),
                 Err(_) => return Err(self.lost(doing, "the driver reports no more")),
@@ -116,13 +119,13 @@ impl Gpu {
         }
     }
 
-    /// A browser goes on by itself, and lets nobody wait.
+    /// Browsers do not allow waiting; the work proceeds without it.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn wait(&self, _: &wgpu::SubmissionIndex, _: &str) -> Result<()> {
         Ok(())
     }
 
-    /// The error for a device that is lost, which it is from now on.
+    /// Marks the device as lost from now on, and gives the error.
     pub(crate) fn lost(&self, doing: &str, reason: &str) -> Error {
         let reason = self.faults.lost.get_or_init(|| reason.to_owned());
         let message =

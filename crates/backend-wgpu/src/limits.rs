@@ -1,8 +1,8 @@
-//! wgpu's limits: those that a device is opened with, and those that the kernels need.
+//! The limits of wgpu: those with which a device is opened, and those that the kernels need.
 use rhytid_kernels::table::{Kernel, WORKGROUP_SIZE};
 
-/// WebGPU's default limits, or less where the adapter has less. In a browser arrays may be as large as the adapter takes: whoever wrote
-/// the browser has tried that.
+/// WebGPU's default limits, or less where the adapter has less. In a browser, arrays may be as large as the
+/// adapter allows, since browsers have tested that.
 pub(crate) fn limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let has = adapter.limits();
     let limits = wgpu::Limits::default().or_worse_values_from(&has);
@@ -25,8 +25,9 @@ pub(crate) fn has_compute_shaders(adapter: &wgpu::Adapter) -> bool {
         && (info.backend != wgpu::Backend::Gl || opengl_has_compute_shaders(&info.driver_info))
 }
 
-/// Whether the shading language of an OpenGL `version` has compute shaders: from 4.3 on, in OpenGL ES from 3.1 on. An older OpenGL may
-/// offer them by an extension; wgpu counts that, but cannot compile shaders for it.
+/// Whether the shading language of an OpenGL `version` has compute shaders. OpenGL has them from 4.3 on,
+/// OpenGL ES from 3.1 on. An older OpenGL may have them by an extension. wgpu accepts that, but cannot
+/// compile shaders for it.
 #[cfg(not(target_arch = "wasm32"))]
 fn opengl_has_compute_shaders(version: &str) -> bool {
     let (number, first) = match version.strip_prefix("OpenGL ES ") {
@@ -40,7 +41,7 @@ fn opengl_has_compute_shaders(version: &str) -> bool {
     }
 }
 
-/// What `limits` lack for the kernels to run.
+/// The first limit that is too low for the kernels, if any.
 pub(crate) fn lacking(limits: &wgpu::Limits) -> Option<String> {
     let storage_buffers =
         Kernel::ALL.iter().map(|kernel| kernel.entry().bindings.len()).max().unwrap_or(0) as u32;
@@ -70,7 +71,7 @@ pub(crate) fn max_binding_bytes(limits: &wgpu::Limits) -> u64 {
 mod tests {
     use super::*;
 
-    /// The words of drivers: an H100's OpenGL offers compute shaders as an extension.
+    /// Versions as drivers report them. An H100's OpenGL has compute shaders as an extension.
     #[test]
     fn an_opengl_too_old_for_compute_shaders_is_known_by_its_version() {
         for (version, expected) in [

@@ -1,4 +1,4 @@
-//! A rig on a device of wgpu's.
+//! A rig on a device of wgpu.
 use crate::device::blocking;
 use crate::faults::{Pending, scoped};
 use crate::gpu::Gpu;
@@ -15,27 +15,27 @@ use wgpu::BufferUsages;
 pub struct WgpuSession {
     gpu: Arc<Gpu>,
     plan: Plan,
-    /// Those of the plan.
+    /// The buffers of the plan.
     buffers: Vec<wgpu::Buffer>,
     /// The parameter blocks of the largest batch's dispatches, `params_stride` bytes apart.
     params: wgpu::Buffer,
     params_stride: usize,
-    /// For each dispatch of the largest batch.
+    /// One bind group for each dispatch of the largest batch.
     bind_groups: Vec<wgpu::BindGroup>,
     timer: Option<Timer>,
-    /// What results are read through; as large as the largest so far.
+    /// The buffer through which results are read. It is as large as the largest result so far.
     staging: Option<wgpu::Buffer>,
-    /// Of the last batch; 0 where there was none, or it failed.
+    /// The frames of the last batch. 0 if there was none, or if it failed.
     frames: usize,
     dispatches: Vec<Dispatch>,
     slices: Vec<Slice>,
     /// Whether its stages on demand have been computed.
     demanded: bool,
-    /// Errors of calls made so far that are not known yet.
+    /// Errors of earlier calls that are not known yet.
     pending: Pending,
 }
 
-/// When each pass begins and ends, in ticks of the device.
+/// The begin and the end of each pass, in ticks of the device.
 #[derive(Debug)]
 struct Timer {
     queries: wgpu::QuerySet,
@@ -78,7 +78,8 @@ impl WgpuSession {
                 (!contents.is_empty()).then(|| gpu.queue.submit([]))
             });
             gpu.check(pending.known(), &doing)?;
-            // wgpu keeps a copy until it is on the device: one buffer's, not the whole rig's.
+            // wgpu keeps a copy until the data are on the device. With this wait, it keeps only one buffer,
+            // not the whole rig.
             if let Some(submission) = submission {
                 gpu.wait(&submission, &doing)?;
             }
@@ -115,20 +116,20 @@ impl WgpuSession {
         })
     }
 
-    /// The buffers that hold a stage of the last batch, each with its frames: one after the other they are the batch. They
-    /// are arrays of f32, frames × [`Stage::values_per_frame`], and the same from batch to batch. Those of positions and
-    /// normals can be bound as vertex buffers: `Float32x3`, 12 bytes apart.
+    /// The buffers that hold a stage of the last batch, each with its frames, in the order of the batch. They
+    /// are arrays of f32, frames × [`Stage::values_per_frame`]. Every batch uses the same buffers. Those of
+    /// positions and normals can be bound as vertex buffers: `Float32x3`, 12 bytes apart.
     ///
-    /// What is submitted to the same queue after a batch sees its results, but for a stage that is
-    /// [on demand](Plan::is_on_demand): that is there when it has been read.
+    /// Work that is submitted to the same queue after a batch sees its results. A stage that is [on
+    /// demand](Plan::is_on_demand) is complete only when it has been read.
     pub fn results(&self, stage: Stage) -> impl Iterator<Item = (Range<usize>, &wgpu::Buffer)> {
         self.slices
             .iter()
             .map(move |slice| (slice.frames.clone(), &self.buffers[slice.results[stage as usize]]))
     }
 
-    /// Waits until the last batch is done, as reading it does, and as who draws with it need not: to time it. In a browser nothing
-    /// waits.
+    /// Waits until the last batch is done, for example to time it. Reading waits by itself, and drawing needs
+    /// no wait. In a browser this does not wait.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`].
@@ -140,7 +141,8 @@ impl WgpuSession {
     /// [`Session::read`] for browsers. Elsewhere it waits within the first poll.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Device`], of the last batch too: in a browser they are known no sooner.
+    /// [`rhytid_core::Error::Device`]. This includes errors of the last batch, which are not known sooner in
+    /// a browser.
     pub async fn read_async(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
         out.clear();
         if self.plan.is_on_demand(stage) && !self.demanded {
@@ -176,7 +178,7 @@ impl WgpuSession {
         Ok(Some(times))
     }
 
-    /// Fills `out` with what `source` starts with.
+    /// Fills `out` with the first bytes of `source`.
     async fn read_buffer(&mut self, source: &wgpu::Buffer, out: &mut [u8]) -> Result<()> {
         const DOING: &str = "reading results";
         if out.is_empty() {
@@ -186,7 +188,7 @@ impl WgpuSession {
         let (mapped, mapping) = oneshot::channel();
         let staging = {
             let _turn = self.gpu.turn();
-            // It is not put back unless all goes well: who stops waiting leaves it mapped.
+            // The buffer is kept only after a success: a caller that stops waiting would leave it mapped.
             let staging = self.staging.take().filter(|staging| staging.size() >= bytes);
             let device = &self.gpu.device;
             let (staging, submission) = scoped(device, &mut self.pending, || {
@@ -202,7 +204,7 @@ impl WgpuSession {
                 encoder.copy_buffer_to_buffer(source, 0, &staging, 0, bytes);
                 let submission = self.gpu.queue.submit([encoder.finish()]);
                 staging.map_async(wgpu::MapMode::Read, 0..bytes, move |result| {
-                    // Nobody may be waiting any more.
+                    // The receiver may be gone.
                     let _ = mapped.send(result);
                 });
                 (staging, submission)
@@ -228,7 +230,8 @@ impl WgpuSession {
         Ok(())
     }
 
-    /// Encodes and submits the current dispatches of the stages that `wanted` says, and measures them where `timed` says so.
+    /// Encodes and submits the current dispatches of the stages for which `wanted` is true. Measures them if
+    /// `timed` is true.
     fn submit(&self, wanted: impl Fn(Stage) -> bool, timed: bool) {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let mut bind_groups = &self.bind_groups[..];
@@ -326,7 +329,7 @@ impl Drop for WgpuSession {
 }
 
 impl Timer {
-    /// For the times of `passes` passes; `None` if the device cannot measure them.
+    /// For the times of `passes` passes. `None` if the device cannot measure them.
     fn new(device: &wgpu::Device, passes: u32) -> Option<Self> {
         let count = passes * 2;
         let can = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
@@ -346,12 +349,13 @@ impl Timer {
     }
 }
 
-/// The dispatches that share a pass: those of a stage, so that it can be timed. wgpu orders what depends on each other.
+/// The dispatches that share a pass: those of one stage, so that it can be timed. wgpu orders dispatches that
+/// depend on each other.
 fn passes(dispatches: &[Dispatch]) -> impl Iterator<Item = &[Dispatch]> {
     dispatches.chunk_by(|a, b| a.stage == b.stage)
 }
 
-/// The size of a parameter block of `words` words: uniform buffers are bound in multiples of 16 bytes.
+/// The size of a parameter block of `words` words. Uniform buffers are bound in multiples of 16 bytes.
 fn params_bytes(words: usize) -> usize {
     (words * 4).next_multiple_of(16)
 }

@@ -1,4 +1,4 @@
-//! Tests of what cannot be seen from outside: lowered limits, and what becomes of errors.
+//! Tests of internals: lowered limits, and the handling of errors.
 #[allow(dead_code, reason = "not every test uses all of it")]
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -116,7 +116,7 @@ fn an_error_that_nobody_caught_is_reported_once() {
     let positions = frames(0, &rig, 1);
     for wgpu in devices() {
         let mut animator = Animator::new(&wgpu, &rig, UploadOptions::frames(1)).unwrap();
-        // By default wgpu panics here.
+        // By default wgpu would panic here.
         too_large(wgpu.device());
         assert_eq!(kind(animator.evaluate(&positions)), DeviceErrorKind::Driver);
         animator.evaluate(&positions).unwrap();

@@ -1,4 +1,5 @@
-//! Sessions give back what they took. (A process of its own: what is measured is the memory of all of it.)
+//! Sessions release their memory. (The test has a process of its own, since the memory of the whole process
+//! is measured.)
 #![cfg(target_os = "linux")]
 #[allow(dead_code, reason = "not every test uses all of it")]
 mod support;
@@ -11,7 +12,7 @@ use support::{Sizes, frames, rig, tested};
 #[test]
 fn two_hundred_uploads_and_drops_leave_memory_as_it_was() {
     let rig = rig(1, Sizes { vertices: 5_000, handles: 60, edges: 100, examples: 6, influences: 16 });
-    // One frame of the eight that there is room for: as much memory in an eighth of the time.
+    // Sessions have room for eight frames and evaluate one. The memory is the same, in an eighth of the time.
     let positions = frames(0, &rig, 1);
     for info in tested(Wgpu::devices().unwrap()) {
         let wgpu = Wgpu::open(&info).unwrap();
@@ -25,7 +26,8 @@ fn two_hundred_uploads_and_drops_leave_memory_as_it_was() {
         };
         let before = uploads(50);
         let after = uploads(200);
-        // One session is above 4 MB: a leak of all is 800 MB, one of the smallest buffer of each, 60 kB, 12 MB.
+        // One session has above 4 MB, so a leak of all is 800 MB. A leak of the smallest buffer of each, 60
+        // kB, is 12 MB.
         assert!(after < before + (10 << 20), "{}: from {before} to {after} bytes", info.id());
         eprintln!("{}: from {before} to {after} bytes", info.id());
     }

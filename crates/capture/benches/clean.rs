@@ -1,5 +1,6 @@
-//! How long the whole clean-up takes: ten minutes of 150 markers at 240 Hz, noisy, with gaps, ghosts and a swap every minute:
-//! `cargo bench -p rhytid-capture --bench clean`. Each step's time, beside that of going through all positions once.
+//! How long the whole clean-up takes: ten minutes of 150 markers at 240 Hz, noisy, with gaps, ghosts and a
+//! swap every minute: `cargo bench -p rhytid-capture --bench clean`. Each step's time, beside that of going
+//! through all positions once.
 use glam::{DQuat, DVec3};
 use rhytid_capture::{Settings, Target, clean};
 use rhytid_core::{Progress, RawTake, Result, Take};

@@ -3,7 +3,8 @@ use glam::{DMat3, DQuat, DVec3};
 use std::fmt;
 use std::str::FromStr;
 
-/// Which axes of a file the mesh's x, y and z are: one of the 24 turns that take axes to axes or, of takes alone, of the mirror images too.
+/// Which axes of a file the mesh's x, y and z are. Files may use one of the 24 rotations that map axes to
+/// axes. Takes may also use a mirror image of one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Axes([(usize, bool); 3]);
 
@@ -11,12 +12,12 @@ impl Axes {
     /// The file has the mesh's axes.
     pub const SAME: Self = Self([(0, false), (1, false), (2, false)]);
 
-    /// The 24 of them.
+    /// The 24 rotations.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::with_mirror_images().filter(|axes| !axes.is_mirror_image())
     }
 
-    /// These and their mirror images, which no turn makes of each other: 48.
+    /// The 24 rotations and their 24 mirror images.
     pub fn with_mirror_images() -> impl Iterator<Item = Self> {
         let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
         orders.into_iter().flat_map(|order| {
@@ -34,7 +35,7 @@ impl Axes {
         self.0.map(|(axis, negative)| if negative { -point[axis] } else { point[axis] })
     }
 
-    /// The one that is nearest to a rotation from the file's axes to the mesh's.
+    /// The rotation of axes that is nearest to a rotation from the file's axes to the mesh's.
     pub fn nearest(rotation: DQuat) -> Self {
         let wanted = DMat3::from_quat(rotation);
         let likeness = |axes: &Self| -> f64 {
@@ -49,7 +50,7 @@ impl Axes {
         DQuat::from_mat3(&self.matrix())
     }
 
-    /// As a matrix from the file's axes to the mesh's.
+    /// The matrix from the file's axes to the mesh's.
     pub(crate) fn matrix(&self) -> DMat3 {
         let row = |(axis, negative): (usize, bool)| {
             let mut row = DVec3::ZERO;

@@ -1,4 +1,4 @@
-//! Which marker is which handle's, where their names do not say it: by where they are on the face.
+//! Finds each handle's marker by its position on the face, where the names do not match.
 use crate::handles::{HandleSettings, POOR, place_handles};
 use crate::labels::same_names;
 use crate::tracks::median_point;
@@ -6,36 +6,39 @@ use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, Mesh, RawTake, Result, Rig, Settings};
 use std::collections::BTreeMap;
 
-/// A handle, and which marker is probably its.
+/// A handle and the marker that probably belongs to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Match {
     /// The handle's label.
     pub handle: String,
-    /// The marker's label in the file; `None` where none is near, or another handle's might as well be it.
+    /// The marker's label in the file; `None` where no marker is near, or where two fit about equally well.
     pub marker: Option<String>,
-    /// How far the marker is from the handle where it was laid on the face, in millimetres; NaN where there is none.
+    /// Distance of the marker from the handle after the markers were laid on the face, in millimetres; NaN
+    /// without a marker.
     pub distance_mm: f64,
-    /// How much nearer it is than the next best handle or marker would be: 1 where nothing else is near, 0 where another one might as well be it.
+    /// How clearly this marker is the best one. 1: no other handle or marker is near. 0: another handle or
+    /// marker fits as well.
     pub sure: f64,
 }
 
-/// A marker that is farther from its handle, as a part of the handles' extent, is another's.
+/// A marker that is farther from a handle than this part of the handles' extent does not belong to it.
 const FAR: f64 = 0.1;
 
-/// What is less sure than that is not said.
+/// A match that is less sure than this is left out.
 const LEAST_SURE: f64 = 0.1;
 
-/// Neighbours that tell by how much an actor's face is another there.
+/// Neighbours whose median offset estimates how the actor's face differs there.
 const NEIGHBOURS: usize = 6;
 
-/// Times that markers are told from each other, with what neighbours are off by taken out.
+/// Rounds of matching. After each round the neighbours' offsets are taken out.
 const PASSES: usize = 4;
 
-/// A match for each handle, in the rig's order: by the names where they are the same, `map` (handle → label) before all, else by position. A
-/// frame of the take is laid over the rest pose as [`place_handles`] does it.
+/// A match for each handle, in the rig's order. `map` (handle → label) comes first, then equal names, then
+/// positions. A frame of the take is laid over the rest pose as [`place_handles`] does it.
 ///
 /// # Errors
-/// As [`place_handles`]; [`Error::Input`] if a map names what is not there, or the markers do not fit the face.
+/// As [`place_handles`]; [`Error::Input`] if `map` names an unknown handle or label, or if the markers do not
+/// fit the face.
 pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String>) -> Result<Vec<Match>> {
     let labels = &raw.tracks.labels;
     let named = same_names(&rig.handles().labels, labels, map)?;
@@ -59,7 +62,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
     let mut shifted = markers.clone();
     let mut matched = assigned(&handles, &shifted, &fixed, FAR * extent);
     for _ in 1..PASSES {
-        // Where an actor's face is longer or wider, neighbours are off as much.
+        // Neighbouring markers are off by similar vectors where an actor's face is longer or wider.
         let off: Vec<(DVec3, DVec3)> = matched
             .iter()
             .enumerate()
@@ -103,7 +106,7 @@ fn misfit() -> Error {
     Error::no_fit("the markers do not fit the rig's face: say which is which handle's")
 }
 
-/// What of a rig a scan is.
+/// The rig as a face without examples.
 fn face_of(rig: &Rig) -> Face {
     Face {
         name: rig.surface().name.clone(),
@@ -121,7 +124,8 @@ fn face_of(rig: &Rig) -> Face {
     }
 }
 
-/// For each handle a marker, each marker once: the nearest pairs first, then exchanged for as long as that makes the squares of all distances smaller.
+/// A marker for each handle, each marker at most once. The nearest pairs are matched first. Then two handles
+/// exchange markers as long as the sum of squared distances falls.
 fn assigned(handles: &[DVec3], markers: &[DVec3], fixed: &[Option<usize>], far: f64) -> Vec<Option<usize>> {
     let mut matched = fixed.to_vec();
     let mut free = vec![true; markers.len()];

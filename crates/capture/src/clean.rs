@@ -18,7 +18,7 @@ use rhytid_geometry::registration::Similarity;
 use std::borrow::Cow;
 use std::cmp::{Ordering, Reverse};
 
-/// A clean take, and what was done.
+/// A clean take, and a report of what was done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Cleaned {
     /// A position of every handle in every frame, in head space and mesh units.
@@ -27,13 +27,13 @@ pub struct Cleaned {
     pub report: Report,
 }
 
-/// A spline's samples.
+/// Confidence of positions that a spline filled.
 const SPLINE_CONFIDENCE: f32 = 0.8;
-/// The low-rank model's samples.
+/// Confidence of positions that the low-rank model filled.
 const MODEL_CONFIDENCE: f32 = 0.5;
 /// Above this RMS noise, in millimetres, markers are filtered unless told otherwise.
 const NOISY: f64 = 0.05;
-/// At this cut-off, in Hz.
+/// Default cut-off of the markers' filter, in Hz.
 const LOW_PASS: f64 = 12.0;
 
 /// A pose that is less like its example is worth a look.
@@ -42,8 +42,8 @@ const LIKE: f64 = 0.6;
 /// Cleans a take for a rig's handles.
 ///
 /// # Errors
-/// [`Error::Input`] if fewer than four handles have a marker, a setting names what is not there, or no frames are like the neutral face;
-/// [`Error::Cancelled`].
+/// [`Error::Input`] if fewer than four handles have a marker, a setting names something unknown, or no frames
+/// are like the neutral face; [`Error::Cancelled`].
 pub fn clean(
     mut raw: RawTake,
     target: &Target,
@@ -64,7 +64,7 @@ pub fn clean(
         return Err(Error::empty("the take has no frames"));
     }
     let mut events = filled_before(&file, &matched.columns);
-    let mut tracks = Tracks::of(&mut file);
+    let mut tracks = Tracks::new(&mut file);
     events.extend(edits::apply(&mut tracks, &settings.edits, &target.labels, &file.labels, &matched)?);
     step(1)?;
     let (head, rigid) = without_head(&mut tracks, &matched, &file.labels, in_head_space, settings)?;
@@ -120,7 +120,8 @@ pub fn clean(
     Ok(Cleaned { take, report })
 }
 
-/// Undoes a mirror image of the positions, so that what is left of the axes is a turn. Returns the settings for what is left.
+/// Undoes a mirror image of the positions, so that the remaining change of axes is a rotation. Returns the
+/// settings for that rotation.
 fn without_mirror_image<'a>(raw: &mut RawTake, settings: &'a Settings) -> Cow<'a, Settings> {
     match settings.axes.filter(Axes::is_mirror_image) {
         Some(axes) => {
@@ -131,7 +132,7 @@ fn without_mirror_image<'a>(raw: &mut RawTake, settings: &'a Settings) -> Cow<'a
     }
 }
 
-/// How far the rigid markers are off the head's motion in each frame, in millimetres; 0 where it was not found.
+/// RMS distance of the rigid markers from the head's motion in each frame, in millimetres; 0 without a fit.
 fn head_residuals_mm(head: Option<&Head>, place: &Place, frames: usize) -> Vec<f32> {
     match head {
         Some(head) => head.residuals.iter().map(|r| (r * place.unit.metres * 1e3) as f32).collect(),
@@ -139,7 +140,8 @@ fn head_residuals_mm(head: Option<&Head>, place: &Place, frames: usize) -> Vec<f
     }
 }
 
-/// How the file's markers and numbers were understood. `labels` are the file's, `rigid` the columns of the head's markers.
+/// How the file's markers and numbers were understood. `labels` are the file's, `rigid` the columns of the
+/// head's markers.
 fn found(
     labels: &[String],
     matched: &Matched,
@@ -249,7 +251,7 @@ fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settin
     events
 }
 
-/// How the actor's face is another than the rig's.
+/// How the actor's face differs from the rig's.
 struct Displaced {
     /// Each marker's offset from its handle at neutral, in millimetres.
     offsets_mm: Vec<Option<f64>>,
@@ -257,7 +259,8 @@ struct Displaced {
     scales: Vec<f64>,
 }
 
-/// Positions become displacements from the neutral ones, as large as the rig's face is there; in head space from the rest pose.
+/// Turns positions into displacements from the neutral ones, scaled to the rig's face. In head space they are
+/// measured from the rest pose.
 fn displacements(
     tracks: &mut Tracks,
     place: &Place,
@@ -269,7 +272,7 @@ fn displacements(
     let pose = neutral::pose(tracks, &columns, &place.neutral);
     let offsets_mm = offsets(&pose, &target.rest, target.millimetres(), &target.labels, warnings);
     let neutral: Vec<DVec3> = if is_aligned(place.in_head_space, settings) {
-        // Of what is left of the neutral frames, the mean: less noisy than the median.
+        // The mean over the remaining neutral frames is less noisy than the median.
         let means = tracks.columns.iter().map(|column| mean(column, &place.neutral));
         means.zip(&place.markers).map(|(mean, at)| mean.unwrap_or(*at)).collect()
     } else {
@@ -317,16 +320,17 @@ fn steps(displacements: &Tracks, filled: &[Filled], target: &Target) -> Vec<Even
     found.into_iter().map(of_step).collect()
 }
 
-/// Filters markers that are noisy, or are to be filtered. The cut-off in Hz; `None` where they are not filtered.
+/// Filters markers if they are noisy, or if the settings ask for it. Returns the cut-off in Hz; `None` where
+/// they are not filtered.
 fn filter_noise(tracks: &mut Tracks, settings: &Settings, noise: f64, noise_mm: f64) -> Option<f64> {
     let cutoff = settings.low_pass.or((noise_mm > NOISY).then_some(LOW_PASS));
     let cutoff = cutoff.filter(|hz| !settings.skip.contains(&Step::LowPass) && *hz < 0.4 * tracks.rate)?;
-    // Who asks for a cut-off means it: all of what is faster is noise then.
+    // With a cut-off in the settings, everything faster counts as noise.
     low_pass::filter(tracks, cutoff, settings.low_pass.is_none().then_some(noise));
     Some(cutoff)
 }
 
-/// Maps displacements so that the actor's poses are the examples'.
+/// Maps displacements so that the actor's poses become the examples'.
 fn fit_poses(tracks: &mut Tracks, target: &Target, settings: &Settings) -> Result<Vec<Pose>> {
     let (poses, maps) = poses::find(&settings.poses, &tracks.columns, &target.examples, &target.rest)?;
     if !poses.is_empty() {
@@ -336,7 +340,7 @@ fn fit_poses(tracks: &mut Tracks, target: &Target, settings: &Settings) -> Resul
     Ok(poses)
 }
 
-/// What was filled. Where gaps are to be left, they are cut out again.
+/// Events of the filled gaps. If the settings leave gaps open, they are cut out again.
 fn of_gaps(tracks: &mut Tracks, filled: &[Filled], settings: &Settings) -> Vec<Event> {
     let leaves_gaps = settings.skip.contains(&Step::Gaps);
     if leaves_gaps {
@@ -361,7 +365,7 @@ fn of_gap(gap: &Filled, is_left: bool) -> Event {
     event(kind, gap.marker, gap.frames.clone(), confidence)
 }
 
-/// A pose that is not what its example shows.
+/// A warning about poses that differ from their example.
 fn unlike(poses: &[Pose]) -> Option<String> {
     let worst =
         poses.iter().min_by(|a, b| a.likeness.total_cmp(&b.likeness)).filter(|pose| pose.likeness < LIKE)?;
@@ -371,7 +375,7 @@ fn unlike(poses: &[Pose]) -> Option<String> {
     ))
 }
 
-/// What of the events a person should know of before the take is used: a sentence for each kind.
+/// Warnings that a person should read before the take is used: a sentence for each kind of event.
 fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warning> {
     let of = |kind: Kind| events.iter().filter(move |e| e.kind == kind);
     let never: Vec<&str> = of(Kind::NeverSeen).filter_map(|e| Some(&labels[e.marker?][..])).collect();
@@ -431,7 +435,7 @@ fn positions(tracks: &Tracks, rest: &[DVec3]) -> Vec<[f64; 3]> {
     positions
 }
 
-/// The head's motions in mesh units and axes. The actor's size is none of them: the rig keeps its own.
+/// The head's motions in mesh units and axes. The actor's size is left out: the rig keeps its own.
 fn in_the_world(head: &Head, place: &Place) -> Vec<RigidMotion> {
     let from_rig = place.to_rig.inverse();
     let rigid = |motion: &Similarity| {

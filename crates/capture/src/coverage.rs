@@ -1,15 +1,17 @@
-//! Coverage by the chapter's method: what a take does that no example shows, by strains, and which of its frames to scan next.
-//! `docs/coverage.md` says how to read it.
+//! Coverage by the chapter's method: what a take does that no example shows, by strains, and which of its
+//! frames to scan next. `docs/coverage.md` says how to read it.
 use rhytid_core::{Error, HandleId, Result, Rig, Take};
 use serde::Serialize;
 
-/// A frame is covered where its relative distance is at most this: that of the middle between two neighbouring examples.
+/// A frame is covered where its relative distance is at most this. A frame in the middle between two
+/// neighbouring examples has this distance.
 pub const COVERED: f64 = 0.5;
 
-/// An edge is beyond every example where it is so by more than this, in millimetres: what the noise of markers can do.
+/// An edge is beyond every example where it exceeds them by more than this, in millimetres. The noise of
+/// markers can reach this size.
 pub const NOISE_MM: f64 = 0.5;
 
-/// A marker whose confidence is at most this is a guess, and what it does is nobody's expression.
+/// A marker whose confidence is at most this is a guess. Its motion does not count as an expression.
 const GUESS: f32 = 0.5;
 
 /// Strain edges that are named for an expression.
@@ -17,24 +19,25 @@ const NAMED: usize = 3;
 
 /// A take compared with the centres of a rig: its examples and the rest pose.
 ///
-/// The distance of two sets of strains is the root mean square of their differences over all F strain edges; those of
-/// an edge with a guessed marker count as 0.
+/// The distance of two sets of strains is the root mean square of their differences over all F strain edges.
+/// The difference of an edge with a guessed marker counts as 0.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coverage {
     /// Frames of the take.
     pub frames: usize,
     /// Frames that are covered. Without a spacing, those that are at a centre.
     pub covered: usize,
-    /// The distance that a centre typically has to the nearest other one, as a strain: the median. `None` where there is
-    /// none above 0.
+    /// The median over all centres of the distance to the nearest other centre, as a strain. `None` where no
+    /// median above 0 exists.
     pub spacing: Option<f64>,
     /// For each frame the distance to the nearest centre, as a strain.
     pub distances: Vec<f64>,
-    /// The frames that are worth a scan, the farthest first. Each is taken for an example when the next is chosen.
+    /// The frames that are worth a scan, the farthest first. Each frame counts as an example when the next
+    /// one is chosen.
     pub expressions: Vec<Expression>,
     /// How many strain edges go beyond every centre in some frame.
     pub edges_beyond: usize,
-    /// Those that go farthest, as strain.
+    /// The edges that go farthest beyond, as strain.
     pub edges: Vec<Edge>,
 }
 
@@ -45,13 +48,13 @@ pub struct Expression {
     pub frame: usize,
     /// In seconds.
     pub time: f64,
-    /// To the nearest centre or expression before this one, as a strain.
+    /// Distance to the nearest centre or earlier expression, as a strain.
     pub distance: f64,
     /// The distance in spacings.
     pub relative: Option<f64>,
-    /// The name of that nearest one: an example's, `rest`, or `expression 1` and so on.
+    /// The name of the nearest one: an example's, `rest`, or `expression 1` and so on.
     pub nearest: String,
-    /// Frames that are covered once this and the expressions before it are examples.
+    /// Frames that are covered once this expression and those before it are examples.
     pub covered: usize,
     /// The edges that differ most from the nearest one, the largest difference of strain first.
     pub edges: Vec<Difference>,
@@ -64,7 +67,7 @@ pub struct Difference {
     pub handles: [String; 2],
     /// Its strain in the expression.
     pub strain: f64,
-    /// By how much that is above the strain in the nearest centre or expression.
+    /// Its strain minus the strain in the nearest centre or expression.
     pub difference: f64,
     /// The difference in millimetres.
     pub difference_mm: f64,
@@ -75,8 +78,8 @@ pub struct Difference {
 pub struct Edge {
     /// The labels of its two handles.
     pub handles: [String; 2],
-    /// How far its strain goes beyond that of every centre: above 0 where it is longer than in any, below where it is
-    /// shorter.
+    /// How far its strain goes beyond that of every centre. Above 0: longer than in any centre. Below 0:
+    /// shorter than in any.
     pub beyond: f64,
     /// The same in millimetres.
     pub beyond_mm: f64,
@@ -108,7 +111,7 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
     let centers: Vec<&[f64]> = rig.fine_scale().pose_features.rows().collect();
     let spacing = spacing(&centers);
 
-    // Of each frame: the distance to the nearest centre, and which that is.
+    // For each frame: the distance to the nearest centre and the index of that centre.
     let mut nearest = vec![(f64::INFINITY, 0); take.frames()];
     for (j, center) in centers.iter().enumerate() {
         approach(&mut nearest, &strains, center, j);
@@ -153,7 +156,7 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
     })
 }
 
-/// frames × F, from the positions as the runtime has them; NaN where a marker of the edge is a guess.
+/// frames × F strains, from the positions that the runtime gets; NaN where a marker of the edge is a guess.
 fn strains(rig: &Rig<f64>, take: &Take) -> Result<Vec<f64>> {
     let positions = take.handle_positions(&rig.handles().labels)?;
     let positions: Vec<[f64; 3]> = positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
@@ -196,7 +199,7 @@ fn is_covered(distance: f64, spacing: Option<f64>) -> bool {
     distance <= COVERED * spacing.unwrap_or(0.0)
 }
 
-/// Takes `center`, the `j`-th, for the nearest of each frame that it is nearer to than all before it.
+/// Makes `center`, the `j`-th, the nearest one of each frame that is nearer to it than to all centres before.
 fn approach(nearest: &mut [(f64, usize)], strains: &[f64], center: &[f64], j: usize) {
     for (nearest, frame) in nearest.iter_mut().zip(strains.chunks_exact(center.len())) {
         let distance = distance(frame, center);
@@ -253,7 +256,7 @@ pub fn edges_beyond(rig: &Rig<f64>, take: &Take) -> Result<Vec<Edge>> {
     })
 }
 
-/// The strain edges that are longest or shortest, measured from rest, where the handles are at these H positions.
+/// The strain edges with the largest strains against rest, where the handles are at these H positions.
 pub fn largest_strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Difference> {
     let to_mm: Vec<f64> =
         rig.handles().rest_lengths().iter().map(|l| l * rig.surface().metres_per_unit * 1e3).collect();

@@ -1,4 +1,4 @@
-//! Repairs by hand: what a person saw in the report and knows better.
+//! Repairs by hand: what a person saw in the report and corrects.
 use crate::events::event;
 use crate::labels::Matched;
 use crate::tracks::Tracks;
@@ -7,24 +7,27 @@ use glam::DVec3;
 use rhytid_core::{Error, InputErrorKind, Result};
 use std::ops::Range;
 
-/// One repair, in frames of the raw take, counted from 0; what lies behind its end is left out. Labels are the handles' or the file's.
+/// One repair, in frames of the raw take, counted from 0. Frames beyond the take's end are ignored. Labels
+/// are the handles' or the file's.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Edit {
     /// Two markers that have each other's label are exchanged.
     Swap([String; 2], Range<usize>),
     /// A marker's positions are dropped, and filled as a gap.
     Drop(String, Range<usize>),
-    /// A handle's marker stays where it was on the face before, and goes over to where it is behind.
+    /// A handle's marker stays where it was on the face, and moves at the end to where it is seen again.
     Hold(String, Range<usize>),
 }
 
-/// Confidence of what was held by hand.
+/// Confidence of positions that were held by hand.
 const HELD_CONFIDENCE: f32 = 0.5;
 
-/// Makes the repairs in the file's tracks: swaps first, then what is dropped or held becomes a gap. Returns the events.
+/// Makes the repairs in the file's tracks and returns the events. Swaps come first. Then dropped and held
+/// positions become gaps.
 ///
 /// # Errors
-/// [`Error::Input`] if a label is neither a handle's nor in the file, a stretch has no frame of the take, or what is held is no handle.
+/// [`Error::Input`] if a label is neither a handle's nor in the file, a stretch has no frame of the take, or
+/// a held label is no handle's.
 pub(crate) fn apply(
     tracks: &mut Tracks,
     edits: &[Edit],

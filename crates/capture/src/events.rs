@@ -1,9 +1,9 @@
-//! Events: what the steps found, for the report and for the take's confidence.
+//! Events: the findings of the steps, for the report and for the take's confidence.
 use crate::{Event, Kind};
 use rhytid_core::Take;
 use std::ops::Range;
 
-/// One that concerns a single marker.
+/// An event of a single marker.
 pub(crate) fn event(kind: Kind, marker: usize, frames: Range<usize>, confidence: f32) -> Event {
     Event {
         kind,

@@ -1,4 +1,5 @@
-//! Gaps: short ones are filled by a spline, longer ones by the low-rank model of the take, and what cannot be known is held and flagged.
+//! Gaps: splines fill short gaps, and the low-rank model of the take fills longer ones. Positions that cannot
+//! be known are held and flagged.
 use crate::low_rank::{Model, WHOLE};
 use crate::neighbours::nearest;
 use crate::report::Kind;
@@ -18,21 +19,22 @@ pub(crate) struct Filled {
     pub kind: Kind,
 }
 
-/// Splines reach over this many seconds.
+/// Gaps of at most this many seconds are filled by a spline.
 const SHORT: f64 = 0.1;
 
-/// A marker is held for as long as nothing is known and goes over to where it is seen again in this many seconds.
+/// A held marker returns to where it is seen again in this many seconds.
 const RETURN: f64 = 0.25;
 
-/// Holds a marker's displacement in a stretch in which it has none.
+/// Holds a marker's displacement over these frames.
 pub(crate) fn hold(tracks: &mut Tracks, marker: Option<usize>, frames: Range<usize>) {
     let Some(marker) = marker else { return };
     let held = held(&tracks.columns[marker], &frames, tracks.frames_in(RETURN));
     tracks.columns[marker][frames].copy_from_slice(&held);
 }
 
-/// Fills the displacements' gaps. Beyond `limit` seconds, and where no marker is seen, what is filled is [`Kind::Lost`]. `rest` is where the markers
-/// are at neutral, `noise` the standard deviation of a coordinate.
+/// Fills the displacements' gaps. A gap of more than `limit` seconds, or with a frame in which no marker is
+/// seen, is [`Kind::Lost`]. `rest` holds the markers' positions at neutral; `noise` is the standard deviation
+/// of a coordinate.
 pub(crate) fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) -> Vec<Filled> {
     let [short, limit] = [SHORT, limit].map(|seconds| (seconds * tracks.rate).round() as usize);
     let is_empty: Vec<bool> =
@@ -76,7 +78,8 @@ pub(crate) fn fill(tracks: &mut Tracks, rest: &[DVec3], limit: f64, noise: f64) 
     filled
 }
 
-/// Cubic between the ends, with the velocities of the lines through the last few positions on either side.
+/// A cubic between the ends. The velocity at each end is that of the line through the last few positions
+/// there.
 fn spline(column: &[DVec3], gap: &Range<usize>) -> Vec<DVec3> {
     const REACH: usize = 4;
     let before: Vec<usize> =
@@ -119,10 +122,10 @@ fn expectations(tracks: &Tracks, model: &Model, filled: &[Filled]) -> Vec<Option
     frames.map(|(f, needed)| needed.then(|| model.frame(tracks, f))).collect()
 }
 
-/// Positions on either side of a gap that tell by how much the model is off there.
+/// Number of positions on either side of a gap from which the model's error there is measured.
 const ENDS: usize = 3;
 
-/// By how much the model is off right before and right behind a gap, when it is not shown the marker there either.
+/// The model's error right before and right after a gap, when the model does not see the marker there either.
 fn ends(tracks: &Tracks, gap: &Filled, model: &Model) -> [DVec3; 2] {
     let Range { start, end } = gap.frames;
     let off = |frames: Range<usize>| {
@@ -136,7 +139,8 @@ fn ends(tracks: &Tracks, gap: &Filled, model: &Model) -> [DVec3; 2] {
     [a.or(b).unwrap_or(DVec3::ZERO), b.or(a).unwrap_or(DVec3::ZERO)]
 }
 
-/// The model's positions, moved so that they meet what was seen at both ends. Where no marker was seen, the last position is held.
+/// The model's positions, moved so that they meet the seen positions at both ends. Where no marker was seen,
+/// the last position is held.
 fn bridged(
     column: &[DVec3],
     gap: &Filled,
@@ -167,7 +171,8 @@ fn bridged(
     whole[1..=gap.frames.len()].to_vec()
 }
 
-/// The position before the gap, going over to the one behind it in the last `back` frames; the one there is at the take's ends, 0 if there is none.
+/// The position before the gap, which moves to the position behind the gap in the last `back` frames. At an
+/// end of the take the only position there is is held. Without any position the result is 0.
 fn held(column: &[DVec3], gap: &Range<usize>, back: usize) -> Vec<DVec3> {
     let before = gap.start.checked_sub(1).map(|f| column[f]).filter(|p| seen(*p));
     let behind = column.get(gap.end).copied().filter(|p| seen(*p));
@@ -183,7 +188,7 @@ fn held(column: &[DVec3], gap: &Range<usize>, back: usize) -> Vec<DVec3> {
         .collect()
 }
 
-/// Markers that were never seen move as the nearest others do, by the inverse square of the distance at rest.
+/// Gives a marker that was never seen the mean motion of its neighbours, weighted by 1 / distance² at rest.
 fn with_neighbours(tracks: &mut Tracks, rest: &[DVec3], filled: &[Filled]) {
     let never: Vec<usize> =
         filled.iter().filter(|gap| gap.kind == Kind::NeverSeen).map(|gap| gap.marker).collect();
@@ -236,7 +241,7 @@ mod tests {
         check((4, 0..5), Kind::Model, 2e-2);
         check((4, 595..600), Kind::Model, 2e-2);
         check((4, 100..400), Kind::Lost, 2e-2);
-        // Its neighbours move about as it does.
+        // Its neighbours move about as the marker does.
         check((4, 0..600), Kind::NeverSeen, 0.2);
     }
 

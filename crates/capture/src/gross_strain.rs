@@ -1,4 +1,4 @@
-//! Strains that no skin has: of labels that slid, were swapped or name another place than the rig's.
+//! Strains that no skin has: a label slid, was swapped or names another place than the rig's handle.
 use crate::events::{event, runs};
 use crate::target::{StrainLimit, Target};
 use crate::{Event, Kind};
@@ -15,16 +15,16 @@ pub struct GrossStrain {
     pub labels: [String; 2],
     /// Their strain, 1 for twice the rest length.
     pub strain: f64,
-    /// How many frames have one.
+    /// The number of frames with such a strain.
     pub frames: usize,
 }
 
-/// The worst of the strains that are beyond those of the rig's examples by 100 % (by 200 % without examples), of a take that has all of the rig's
-/// handles. `None` if there is none.
+/// The worst strain of a take that is beyond what skin does. The limit is the rig's examples plus 100 %, or
+/// 200 % without examples. `None` if no strain passes its limit, or if the take lacks a handle of the rig.
 pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     let place = |label: &String| take.labels.iter().position(|known| known == label);
     let columns: Vec<usize> = rig.handles().labels.iter().map(place).collect::<Option<_>>()?;
-    let target = Target::of(rig);
+    let target = Target::from_rig(rig);
     let at = |h: usize, f: usize| DVec3::from_array(take.positions[f * take.labels.len() + columns[h]]);
     let events = events(&target, take.frames(), at);
     let over = |e: &&Event| e.strain.unwrap_or(0.0);
@@ -41,7 +41,7 @@ pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     Some(GrossStrain { frame, labels, strain: strain(frame), frames: frames.len() })
 }
 
-/// The stretches of frames in which a limit is passed; `at` is where a handle is in a frame, on the rig.
+/// The stretches of frames in which a limit is passed. `at` gives a handle's position in a frame, on the rig.
 pub(crate) fn events(
     target: &Target,
     frames: usize,

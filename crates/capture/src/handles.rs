@@ -7,27 +7,27 @@ use rhytid_geometry::registration::OntoSurface;
 use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
 
-/// A marker that keeps its distance from others and is this far off the skin, in metres, is on no skin: on a head band.
+/// A marker on a head band keeps its distance from others and is at least this far off the skin, in metres.
 const OFF_SKIN: f64 = 0.005;
 
-/// Times that markers are told from those of a head band.
+/// Rounds in which markers of a head band are told from those of the face.
 const PASSES: usize = 3;
 
-/// A marker that was laid farther from its vertex, in metres, is worth a look.
+/// A marker that was laid farther from its vertex than this, in metres, is worth a look.
 const FAR: f64 = 0.008;
 
-/// Fits with a greater cost are worth none.
+/// Fits with a greater cost are useless.
 pub(crate) const POOR: f64 = 0.75;
 
-/// A fit that is turned otherwise and costs less than so many times as much might be the right one.
+/// A fit with another rotation whose cost is below this multiple might be the right one.
 const AMBIGUOUS: f64 = 1.15;
 
-/// What is known of the frame; what is not is found.
+/// What is known about the frame. Everything else is found.
 #[derive(Debug, Clone, Default)]
 pub struct HandleSettings {
-    /// The frame to take, counted from 0; else the most typical one.
+    /// The frame to use, counted from 0; else the most typical one.
     pub frame: Option<usize>,
-    /// Metres in one unit of the file; else what the file says, or what fits the mesh's size.
+    /// Metres in one unit of the file; else the file's statement, or what fits the mesh's size.
     pub metres_per_unit: Option<f64>,
     /// Markers that are not on skin; else found.
     pub rigid: Option<Vec<String>>,
@@ -50,16 +50,17 @@ pub struct PlacedHandles {
     pub unseen: Vec<String>,
     /// The frame.
     pub frame: usize,
-    /// How badly they fit, from 0 to 1.
+    /// How badly the markers fit, from 0 to 1.
     pub cost: f64,
-    /// What is to be looked at: a sentence each.
+    /// What a person should look at: a sentence each.
     pub warnings: Vec<String>,
 }
 
-/// Places a handle for each marker of one frame of `raw` that is on skin. The handles of `face` do not matter.
+/// Places a handle for each marker on skin, from one frame of `raw`. The handles of `face` are ignored.
 ///
 /// # Errors
-/// [`Error::Input`]: a frame or a label that the take does not have, fewer than four markers, a mesh that is not whole or looks elsewhere.
+/// [`Error::Input`]: a frame or a label that the take does not have, fewer than four markers, a mesh that is
+/// not whole or looks elsewhere.
 pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> Result<PlacedHandles> {
     let take = &raw.tracks;
     let (labels, count) = (&take.labels, take.labels.len());
@@ -77,7 +78,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
         )));
     }
     let at = |m: usize| DVec3::from_array(take.positions[frame * count + m]);
-    let skin = Skin::of(face)?;
+    let skin = Skin::from_face(face)?;
     let mut known = vec![None; count];
     for (label, vertex) in &settings.known {
         if *vertex as usize >= face.neutral.positions.len() {
@@ -98,13 +99,14 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let rigid: BTreeSet<usize> = match &settings.rigid {
         Some(rigid) => rigid.iter().map(index).collect::<Result<_>>()?,
         None => {
-            // A fit with them says roughly who is off the skin, one without them says who really is.
+            // A fit with all markers says roughly which ones are off the skin. A fit without these says which
+            // really are.
             let mut rigid = BTreeSet::new();
             for _ in 0..PASSES {
                 let others: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
                 let (laid, _) = lay(&others)?;
                 let distance = |m: usize| skin.distance(laid.motion.apply(at(m))) * face.metres_per_unit;
-                // Those whose labels say it come first, then the farthest.
+                // Markers whose labels say so come first, then the farthest.
                 let rank = |&m: &usize| (says_head(&labels[m]), distance(m), m);
                 let mut off: Vec<(bool, f64, usize)> = shown.iter().map(rank).collect();
                 off.retain(|(says, distance, m)| known[*m].is_none() && (*says || *distance > OFF_SKIN));
@@ -176,7 +178,7 @@ fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &OntoSurfac
     warnings
 }
 
-/// Between the face's left and its right.
+/// The middle between the face's left and its right.
 fn middle(face: &Face) -> f64 {
     face.neutral.bounds().map_or(0.0, |[low, high]| 0.5 * (low[0] + high[0]))
 }

@@ -9,18 +9,20 @@ use rhytid_core::{Error, InputErrorKind, Result};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 
-/// How a head moved. *Local space* stands still with the head: it is the file's space as the head was in the middle of its motion.
+/// How a head moved. *Local space* moves with the head. It is the file's space for a head in the middle of
+/// its motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Head {
     /// From local space to the file's, one per frame; rigid.
     pub motions: Vec<Similarity>,
-    /// RMS distance of the markers from where the motion puts them, in the file's unit; 0 where it was not fitted.
+    /// RMS distance of the markers from where the motion puts them, in the file's unit; 0 in frames without a
+    /// fit.
     pub residuals: Vec<f64>,
     /// Frames in which too few of the rigid markers were seen.
     pub unseen: Vec<usize>,
 }
 
-/// Frames that are looked at where not all are needed.
+/// Frames to sample where not all are needed.
 const SAMPLED: usize = 400;
 
 /// A rigid marker may be off by this part of the face's extent before it loses its weight.
@@ -29,7 +31,7 @@ const RIGID_TOLERANCE: f64 = 0.005;
 /// The same where the face's own markers stand in for rigid ones.
 const FACE_TOLERANCE: f64 = 0.02;
 
-/// Of the columns `candidates` those that keep their distances, as a cap's markers do; empty if fewer than three.
+/// The columns of `candidates` that keep their distances, as a cap's markers do; empty if fewer than three.
 fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> {
     let frames = sampled(tracks.frames());
     let keeps = |i: usize, j: usize| {
@@ -41,7 +43,7 @@ fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> 
         // Markers that are hardly ever seen together prove nothing.
         off.len() >= 2 && median(&mut off) < 0.5 * RIGID_TOLERANCE * extent
     };
-    // The largest set in which each keeps its distance to the first of it.
+    // The largest set whose members keep their distances to one marker and to more than half of the set.
     let sets = candidates.iter().map(|&i| {
         let with: Vec<usize> = candidates.iter().copied().filter(|&j| j == i || keeps(i, j)).collect();
         with.iter()
@@ -53,10 +55,11 @@ fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> 
     if best.len() >= 3 { best } else { Vec::new() }
 }
 
-/// The columns of the rigid markers: those that the settings name, else those of `others` that keep their distances.
+/// The columns of the rigid markers: those that the settings name, else those of `others` that keep their
+/// distances.
 ///
 /// # Errors
-/// [`Error::Input`] if the settings name a marker that is not there, or one or two.
+/// [`Error::Input`] if the settings name an unknown marker, or only one or two markers.
 pub(crate) fn rigid_markers(
     tracks: &Tracks,
     others: &[usize],
@@ -81,8 +84,9 @@ pub(crate) fn rigid_markers(
     named.iter().map(column).collect()
 }
 
-/// The head's motion from the columns `rigid`; from all columns of `face` where `rigid` is empty, and in frames in which fewer than three
-/// of the rigid markers were seen. `extent` is the face's. `None` where no frame has enough markers.
+/// The head's motion from the columns `rigid`. The columns `face` are used if `rigid` is empty, and in frames
+/// in which fewer than three rigid markers are seen. `extent` is the face's. `None` where no frame has enough
+/// markers.
 pub(crate) fn stabilise(tracks: &Tracks, rigid: &[usize], face: &[usize], extent: f64) -> Option<Head> {
     let from_face = || fitted(tracks, face, FACE_TOLERANCE * extent);
     let first =
@@ -132,8 +136,9 @@ fn sampled(frames: usize) -> Vec<usize> {
     (0..count).map(|i| i * frames / count.max(1)).collect()
 }
 
-/// Motions without gaps: those of `other`, moved so that they meet the neighbours at both ends; else between the neighbours; before the first
-/// and after the last as there.
+/// Motions without gaps. A gap takes the motions of `other`, moved so that they meet the neighbours at both
+/// ends. Without `other`, a gap is interpolated between its neighbours. Before the first known motion and
+/// after the last one, their value is held.
 fn complete(motions: Vec<Option<Similarity>>, other: Option<&[Option<Similarity>]>) -> Vec<Similarity> {
     let known: Vec<usize> = (0..motions.len()).filter(|&f| motions[f].is_some()).collect();
     let at = |f: usize| motions[f].unwrap_or(Similarity::IDENTITY);
@@ -149,7 +154,8 @@ fn complete(motions: Vec<Option<Similarity>>, other: Option<&[Option<Similarity>
             let s = if a == b { 0.0 } else { (f - a) as f64 / (b - a) as f64 };
             match (stand_in(f), stand_in(a), stand_in(b)) {
                 (Some(here), Some(at_a), Some(at_b)) => {
-                    // What the stand-in lacks at both ends, in the head's own space, goes over from one into the other.
+                    // The correction to the stand-in, in the head's own space, is known at both ends. Between
+                    // the ends it is interpolated.
                     let lacks = |f: usize, stand_in: Similarity| stand_in.inverse().after(&at(f));
                     here.after(&between(&lacks(a, at_a), &lacks(b, at_b), s))
                 }
@@ -167,7 +173,7 @@ fn between(a: &Similarity, b: &Similarity, s: f64) -> Similarity {
     }
 }
 
-/// About the middle of the columns, in local space.
+/// The middle of the columns' positions, in local space.
 pub(crate) fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity]) -> DVec3 {
     let frames = sampled(tracks.frames());
     let points = frames.iter().flat_map(|&f| {
@@ -178,8 +184,9 @@ pub(crate) fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity])
     if seen(centre) { centre } else { DVec3::ZERO }
 }
 
-/// Motions without what is faster than `cutoff` Hz. `centre` is a point in local space: its path is smoothed, since far from the head a small
-/// turn is a long way.
+/// Removes from the motions what is faster than `cutoff` Hz. `centre` is a point in local space near the
+/// head. Its path is smoothed instead of the translation, since a small rotation moves a far point a long
+/// way.
 pub(crate) fn smooth(motions: &mut [Similarity], centre: DVec3, cutoff: f64, rate: f64) {
     let mut columns: [Vec<f64>; 7] = Default::default();
     let mut before = DQuat::IDENTITY;
@@ -218,7 +225,7 @@ mod tests {
         }
     }
 
-    /// A cap and a face of six markers, one of which moves; and the same face as local as it gets.
+    /// A cap of four markers and a face of six markers, one of which moves.
     fn tracks(frames: usize) -> Tracks {
         let face = |i: usize, f: usize| {
             let a = i as f64;
@@ -233,7 +240,7 @@ mod tests {
         Tracks { columns, rate: 100.0 }
     }
 
-    /// The largest error of the turn between frames, in radians, and of the path of a point in the cap.
+    /// The largest error of the path of a point in the cap, relative to the first frame.
     fn error(head: &Head) -> f64 {
         let relative =
             |motions: &dyn Fn(usize) -> Similarity, f: usize| motions(f).after(&motions(0).inverse());

@@ -1,24 +1,25 @@
-//! Labels: which marker of a file is which handle's.
+//! Labels: which marker of a file belongs to which handle.
 use rhytid_core::{Error, InputErrorKind, Result};
 use std::collections::BTreeMap;
 
-/// What the labels of a file are.
+/// The columns of a file, matched with the handles.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Matched {
     /// The column of each handle's marker; `None` where the file has none.
     pub columns: Vec<Option<usize>>,
-    /// The columns of no handle.
+    /// The columns that belong to no handle.
     pub others: Vec<usize>,
 }
 
-/// Fewer matched handles leave the alignment undetermined.
+/// With fewer matched handles the alignment would be undetermined.
 const FEWEST: usize = 4;
 
-/// Finds each of the `handles` among the labels of a `file`: as `map` says (handle → label in the file), else the same label, else the same but for
-/// upper and lower case, else the same behind a prefix such as `Actor:`.
+/// Finds each of the `handles` among the labels of a `file`. Four rules apply in order, and `map` (handle →
+/// label in the file) is the first. Then come the same label, the same label in another case, and the same
+/// label behind a prefix such as `Actor:`.
 ///
 /// # Errors
-/// [`Error::Input`] if `map` names a handle or a label that is not there.
+/// [`Error::Input`] if `map` names an unknown handle or label.
 pub fn same_names(
     handles: &[String],
     file: &[String],
@@ -54,10 +55,10 @@ pub fn same_names(
     Ok(columns)
 }
 
-/// The [`same_names`], which must be enough to go by.
+/// The columns of [`same_names`], if at least four handles have one.
 ///
 /// # Errors
-/// As there, or if fewer than four handles are found.
+/// As [`same_names`], or if fewer than four handles are found.
 pub(crate) fn match_labels(
     handles: &[String],
     file: &[String],

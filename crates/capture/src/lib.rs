@@ -1,5 +1,5 @@
-//! Capture: from a raw take to a clean one, pure functions, one clean-up step a file; and what a take does that no example
-//! shows ([`mod@coverage`]).
+//! Capture: from a raw take to a clean one, pure functions, one clean-up step a file; and what a take does
+//! that no example shows ([`mod@coverage`]).
 //!
 //! ```
 //! use rhytid_capture::{Settings, Target, clean};
@@ -13,7 +13,7 @@
 //! (40..48).for_each(|frame| tracks.positions[frame * markers + 5] = RawTake::MISSING);
 //!
 //! let raw = RawTake { tracks, in_head_space: true, ..RawTake::default() };
-//! let cleaned = clean(raw, &Target::of(&rig), &Settings::default(), &NoProgress)?;
+//! let cleaned = clean(raw, &Target::from_rig(&rig), &Settings::default(), &NoProgress)?;
 //! assert!(cleaned.take.positions.iter().flatten().all(|x| x.is_finite()));
 //! // What was filled is not to be trusted as what was measured.
 //! assert!(cleaned.take.confidence.is_some_and(|confidence| confidence[44 * markers + 5] < 1.0));

@@ -1,17 +1,20 @@
-//! A low-pass filter without delay: Butterworth's of second order, run forwards and backwards. It leaves what is too large to be noise.
+//! A low-pass filter without delay: a second-order Butterworth filter, run forwards and backwards. Motion
+//! that is too large to be noise stays.
 use crate::tracks::Tracks;
 use rayon::prelude::*;
 use std::f64::consts::{PI, SQRT_2};
 
-/// From a marker that moves faster than the cut-off no more is taken than so many standard deviations of a coordinate's noise.
+/// The filter takes at most so many standard deviations of a coordinate's noise from a moving marker.
 const MOST: f64 = 2.0;
-/// What is taken is judged over so many frames before and after.
+/// Frames before and after over which motion is told from noise.
 const AROUND: usize = 4;
-/// Where it is so many times the noise, some of it is motion; and from the second on, it is all motion but for noise.
+/// Between these multiples of the noise, the fast part is partly motion. From the second on, it is all
+/// motion.
 const MOVES: [f64; 2] = [1.25, 1.5];
 
-/// Takes from all positions what is faster than `hz`: all of it, or, where a coordinate's noise has the standard deviation `noise`, what is no larger
-/// than noise. Where it is, a blink or a plosive is part of it, whose height stays but for [`MOST`] standard deviations.
+/// Takes from all positions what is faster than `hz`. Without `noise` everything faster goes. `noise` is the
+/// standard deviation of a coordinate; with it, only what is no larger than noise goes. A blink or a plosive
+/// then loses at most [`MOST`] standard deviations of its height.
 pub(crate) fn filter(tracks: &mut Tracks, hz: f64, noise: Option<f64>) {
     let rate = tracks.rate;
     tracks.columns.par_iter_mut().for_each(|column| {
@@ -34,20 +37,21 @@ pub(crate) fn filter(tracks: &mut Tracks, hz: f64, noise: Option<f64>) {
     });
 }
 
-/// Filters `values`, sampled `rate` times a second, so that a sine of `cutoff` Hz keeps 1/√2 of its height. Constants and straight lines
-/// pass unchanged. A cut-off at or beyond 0.4 `rate` changes nothing, since nothing is left to remove.
+/// Filters `values`, sampled `rate` times a second, so that a sine of `cutoff` Hz keeps 1/√2 of its height.
+/// Constants and straight lines pass unchanged. A cut-off at or beyond 0.4 `rate` changes nothing, since
+/// nothing is left to remove.
 pub(crate) fn low_pass(values: &mut [f64], cutoff: f64, rate: f64) {
     if cutoff >= 0.4 * rate || values.len() < 2 {
         return;
     }
-    // Two passes damp twice: each is given a cut-off at which it takes half as many decibels.
+    // Two passes damp twice: each gets a cut-off at which it takes half as many decibels.
     let passes = (SQRT_2 - 1.0).powf(0.25);
     let k = (PI * cutoff / rate).tan() / passes;
     let norm = 1.0 / (1.0 + SQRT_2 * k + k * k);
     let b = k * k * norm;
     let a = [2.0 * (k * k - 1.0) * norm, (1.0 - SQRT_2 * k + k * k) * norm];
 
-    // Reflected through the ends, so that the filter has settled when it gets there.
+    // The signal is reflected through its ends, so that the filter has settled where the values begin.
     let n = values.len();
     let margin = ((3.0 * rate / cutoff).ceil() as usize).min(n - 1);
     let [first, last] = [values[0], values[n - 1]];

@@ -1,5 +1,6 @@
-//! A low-rank model of a take's own motion: probabilistic principal components (Tipping and Bishop, 1999), trained on the frames as
-//! they are, gaps included, by imputing what is missing until it no longer changes.
+//! A low-rank model of a take's own motion: probabilistic principal components (Tipping and Bishop, 1999).
+//! The model is trained on the frames with their gaps. Missing values are imputed until they no longer
+//! change.
 use crate::tracks::{Tracks, seen};
 use faer::{
     Mat, Side,
@@ -30,17 +31,18 @@ pub(crate) struct Effort {
     pub iterations: usize,
 }
 
-/// A take with a handful of gaps needs a dozen iterations; one that lacks a marker for a third of its length, a hundred.
+/// A take with a handful of gaps needs a dozen iterations. A take that lacks a marker for a third of its
+/// length needs a hundred.
 pub(crate) const WHOLE: Effort = Effort { frames: 4000, iterations: 200 };
 
 const LARGEST_RANK: usize = 40;
 
 impl Model {
-    /// Learns from frames of positions or displacements with no more than this `effort`; `noise` is the least standard deviation per
-    /// coordinate. `None` where there is nothing to learn from.
+    /// Learns from frames of positions or displacements with at most this `effort`. `noise` is the least
+    /// standard deviation per coordinate. `None` where there is nothing to learn from.
     pub(crate) fn learn(tracks: &Tracks, noise: f64, effort: Effort) -> Option<Self> {
         let frames = tracks.frames();
-        // The fullest frames of as many short stretches.
+        // Of each short stretch the fullest frame.
         let stretch = frames.div_ceil(effort.frames).max(1);
         let seen_in = |f: usize| tracks.columns.iter().filter(|c| seen(c[f])).count();
         let sampled: Vec<usize> = (0..frames)
@@ -61,7 +63,7 @@ impl Model {
         let mut data = interpolated(&known);
         let mut model = None;
         for _ in 0..effort.iterations {
-            let fitted = Self::of(&data, dimensions, rank, noise)?;
+            let fitted = Self::fit(&data, dimensions, rank, noise)?;
             let changes: Vec<f64> = data
                 .par_iter_mut()
                 .zip(&known)
@@ -86,7 +88,7 @@ impl Model {
     }
 
     /// The principal components of complete frames.
-    fn of(data: &[Vec<f64>], dimensions: usize, rank: usize, noise: f64) -> Option<Self> {
+    fn fit(data: &[Vec<f64>], dimensions: usize, rank: usize, noise: f64) -> Option<Self> {
         let n = data.len() as f64;
         let mean: Vec<f64> = (0..dimensions).map(|i| data.iter().map(|x| x[i]).sum::<f64>() / n).collect();
         let centred = Mat::from_fn(data.len(), dimensions, |f, i| data[f][i] - mean[i]);
@@ -117,7 +119,8 @@ impl Model {
             let off = frame[i] - self.mean[i];
             right.iter_mut().zip(row(i)).for_each(|(right, w)| *right += w * off);
         }
-        // Of the known rows; by those that are missing where these are fewer.
+        // WᵀW over the known rows. If fewer rows are missing than known, the missing ones are subtracted from
+        // the whole.
         let precision = if 2 * missing < frame.len() {
             let mut precision = self.gram.clone();
             (0..frame.len()).filter(|i| !known(i)).for_each(|i| add_square(&mut precision, row(i), -1.0));
@@ -157,8 +160,8 @@ impl Model {
 
 /// How far each marker of a frame is from where all the others put it.
 ///
-/// Of `x ~ N(mean, C)` with `C = W Wᵀ + σ² I`, what marker j is off by from its expectation given all other markers is
-/// `(C⁻¹)ⱼⱼ⁻¹ (C⁻¹ (x − mean))ⱼ`, and with `G = (σ² I + Wᵀ W)⁻¹`, `σ² C⁻¹ = I − W G Wᵀ`.
+/// Let `x ~ N(mean, C)` with `C = W Wᵀ + σ² I`. Marker j differs from its expectation given all other markers
+/// by `(C⁻¹)ⱼⱼ⁻¹ (C⁻¹ (x − mean))ⱼ`. With `G = (σ² I + Wᵀ W)⁻¹`, `σ² C⁻¹ = I − W G Wᵀ`.
 pub(crate) struct LeaveOneOut<'a> {
     model: &'a Model,
     /// G: rank × rank, row by row.
@@ -168,7 +171,7 @@ pub(crate) struct LeaveOneOut<'a> {
 }
 
 impl<'a> LeaveOneOut<'a> {
-    pub(crate) fn of(model: &'a Model) -> Self {
+    pub(crate) fn new(model: &'a Model) -> Self {
         let rank = model.rank;
         let gram = Mat::from_fn(rank, rank, |k, l| {
             model.gram[k.max(l) * rank + k.min(l)] + if k == l { model.noise } else { 0.0 }
@@ -188,7 +191,7 @@ impl<'a> LeaveOneOut<'a> {
         Self { model, inverse, blocks }
     }
 
-    /// NaN for markers that are not seen in frame `f`.
+    /// The error of each marker in frame `f`; NaN for markers that are not seen there.
     pub(crate) fn errors(&self, tracks: &Tracks, f: usize) -> Vec<DVec3> {
         let (model, rank) = (self.model, self.model.rank);
         let known = frame(tracks, f);
@@ -230,7 +233,7 @@ fn frame(tracks: &Tracks, f: usize) -> Vec<f64> {
     tracks.columns.iter().flat_map(|column| column[f].to_array()).collect()
 }
 
-/// Every number that is NaN, linearly between its neighbours in time; 0 where there is none.
+/// Replaces each NaN by linear interpolation between its neighbours in time; 0 where a number is never known.
 fn interpolated(frames: &[Vec<f64>]) -> Vec<Vec<f64>> {
     let mut out = frames.to_vec();
     for i in 0..frames.first().map_or(0, Vec::len) {
@@ -287,7 +290,7 @@ mod tests {
         let mut tracks = Tracks { columns, rate: 120.0 };
         tracks.columns[3][40] = DVec3::NAN;
         let model = Model::learn(&tracks, 1e-2, WHOLE).unwrap();
-        let alone = LeaveOneOut::of(&model);
+        let alone = LeaveOneOut::new(&model);
         for f in [0, 17, 400] {
             for (j, off) in alone.errors(&tracks, f).into_iter().enumerate() {
                 let expected = tracks.columns[j][f] - model.without(&tracks, f, j);

@@ -1,4 +1,4 @@
-//! The neutral frames, found: the stillest half second that is nearest to the rest pose.
+//! Finds the neutral frames: half a second that is still and near the rest pose.
 use crate::tracks::{Tracks, extent, median_point, seen};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,15 +8,16 @@ use std::ops::Range;
 /// How long the neutral face is held, in seconds.
 const LENGTH: f64 = 0.5;
 
-/// A marker may be off by this part of the face's extent before it counts less.
+/// A marker may be off by this part of the face's extent before its weight falls.
 const TOLERANCE: f64 = 0.03;
 
-/// Frames of a window that are looked at.
+/// Frames of a window that are sampled.
 const SAMPLED: usize = 30;
 
-/// The window of half a second (or the whole take, if it is shorter) in which the columns, one per point of `rest`, are most like the rest pose up to a
-/// similarity and move least: the sum of both RMS distances is the smallest. `None` if no window shows at least four markers and half of those that
-/// the best one does.
+/// The window of half a second that is most neutral; the whole take if it is shorter. `columns` has one entry
+/// per point of `rest`. The score of a window is the sum of two RMS distances: the distance to the rest pose
+/// up to a similarity, and the motion within the window. The lowest score wins. `None` if no window shows at
+/// least four markers and half of those that the best one shows.
 pub(crate) fn find(tracks: &Tracks, columns: &[Option<usize>], rest: &[DVec3]) -> Option<Range<usize>> {
     let length = tracks.frames_in(LENGTH).min(tracks.frames());
     let step = (length / 5).max(1);
@@ -83,8 +84,8 @@ mod tests {
     fn the_still_neutral_second_is_found() {
         let rest: Vec<DVec3> =
             (0..12).map(|i| DVec3::new(f64::from(i % 4), f64::from(i / 4), f64::from(i * i % 5))).collect();
-        // A slightly other shape is held from 0 to 100, the neutral one from 160 to 230; in between and after it moves,
-        // and passes through the neutral shape at 300.
+        // Frames 0 to 100 hold a slightly different shape, and frames 160 to 230 the neutral one. In between
+        // and after that the shape moves. It passes through the neutral shape at 300.
         let amount = |f: usize| match f {
             0..100 => 0.3,
             100..160 => 0.3 + 0.01 * (f - 100) as f64,

@@ -1,7 +1,8 @@
 //! Outliers: positions at which a marker cannot have been, such as reflections that were taken for it.
 //!
-//! A marker is compared with its neighbours on the face, which a real motion takes along. Where it jumps away from them faster than skin moves, and
-//! back within a tenth of a second, what lies between is none of its positions.
+//! A marker is compared with its neighbours on the face, which a real motion takes along. If a marker jumps
+//! away from them faster than skin moves, and back within a tenth of a second, the positions between are not
+//! its own.
 use crate::neighbours::nearest;
 use crate::tracks::{Tracks, extent, median_point, seen};
 use glam::DVec3;
@@ -23,13 +24,13 @@ pub(crate) struct Outlier {
 /// The smallest jump, as a part of the face's extent.
 const SMALLEST_JUMP: f64 = 0.02;
 
-/// Skin does not move faster against the skin around it: extents of the face a second.
+/// Skin does not move faster against the skin around it, in extents of the face a second.
 const FASTEST: f64 = 2.0;
 
 /// Outliers last this many seconds at most.
 const LONGEST: f64 = 0.1;
 
-/// Finds outliers and makes them NaN. `rest` is where the markers are at neutral, `extent` the face's.
+/// Finds outliers and makes them NaN. `rest` holds the markers' positions at neutral, `extent` is the face's.
 pub(crate) fn drop(tracks: &mut Tracks, rest: &[DVec3], extent: f64) -> Vec<Outlier> {
     let found = of_each(tracks, &nearest(rest, 5), rest, |j, against| of_marker(j, against, tracks, extent));
     for outlier in &found {
@@ -38,8 +39,8 @@ pub(crate) fn drop(tracks: &mut Tracks, rest: &[DVec3], extent: f64) -> Vec<Outl
     found
 }
 
-/// What is left of jumps in displacements without gaps: markers that do not come back from where they jumped to. `rest` is where they are at
-/// neutral.
+/// Jumps that remain in displacements without gaps: markers that jump and do not return. `rest` holds the
+/// markers' positions at neutral.
 pub(crate) fn steps(displacements: &Tracks, rest: &[DVec3]) -> Vec<Outlier> {
     let (rate, extent) = (displacements.rate, extent(rest.iter().copied()));
     of_each(displacements, &nearest(rest, 5), &vec![DVec3::ZERO; rest.len()], |marker, against| {

@@ -1,4 +1,5 @@
-//! The actor's place: the neutral frames, the unit, the axes and the size, and how far markers are from their handles.
+//! The actor's place: the neutral frames, the unit, the axes, the size, and the markers' distances from their
+//! handles.
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
@@ -8,36 +9,36 @@ use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 use std::ops::Range;
 
-/// What the file says of its space.
+/// What the file says about its space.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stated {
-    /// Metres in one unit, where the file says it.
+    /// Metres in one unit, if the file says it.
     pub metres_per_unit: Option<f64>,
-    /// Whether markers are on the rig as they are.
+    /// Whether the markers are already on the rig.
     pub in_head_space: bool,
 }
 
 /// A unit of length.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Unit {
-    /// How many metres it is.
+    /// Its length in metres.
     pub metres: f64,
     /// Whether that is a guess.
     pub is_guessed: bool,
 }
 
 impl Unit {
-    /// One that is no guess.
+    /// A unit that is no guess.
     fn known(metres: f64) -> Self {
         Self { metres, is_guessed: false }
     }
 }
 
-/// How the file's space, with the head's motion taken out, becomes the rig's.
+/// How the file's space becomes the rig's, once the head's motion is taken out.
 pub(crate) struct Place {
     /// The neutral frames.
     pub neutral: Range<usize>,
-    /// From there to the rig.
+    /// From the file's space to the rig's.
     pub to_rig: Similarity,
     /// The file's unit and axes to the mesh's.
     pub to_world: Similarity,
@@ -45,21 +46,24 @@ pub(crate) struct Place {
     pub unit: Unit,
     /// The file's axes.
     pub axes: Axes,
-    /// H markers at neutral, on the rig; the handle itself where the marker was not seen, and where all are on the rig as they are.
+    /// H markers at neutral, on the rig. The handle's own position stands in where the marker was not seen,
+    /// and for a take that is already on the rig.
     pub markers: Vec<DVec3>,
-    /// Whether the file's markers are on the rig as they are.
+    /// Whether the file's markers are already on the rig.
     pub in_head_space: bool,
 }
 
-/// A marker may be off by this part of the face's extent before the alignment counts it less: markers are glued on by hand.
+/// A marker may be off by this part of the face's extent before the alignment gives it less weight. Markers
+/// are glued on by hand.
 const TOLERANCE: f64 = 0.03;
 
 impl Place {
-    /// Finds what the settings do not give. `columns` are the handles', `head` the head's motions, if any were taken out, `stated` what the file
-    /// says of its space.
+    /// Finds what the settings do not give. `columns` are the handles'. `head` holds the head's motions, if
+    /// they were taken out. `stated` is what the file says about its space.
     ///
     /// # Errors
-    /// [`Error::Input`] if the settings' neutral frames are not in the take, or show too little, or none can be found.
+    /// [`Error::Input`] if the settings' neutral frames are not in the take or show too little, or if none
+    /// can be found.
     pub(crate) fn find(
         tracks: &Tracks,
         columns: &[Option<usize>],
@@ -77,7 +81,7 @@ impl Place {
             (unit, axes) = (Unit::known(mesh), settings.axes.unwrap_or(Axes::SAME));
             (to_rig, to_world) = (Similarity::IDENTITY, Similarity::IDENTITY);
         } else if settings.skip.contains(&Step::Align) {
-            // Without an alignment there are still the unit and the axes.
+            // Without an alignment, the unit and the axes still apply.
             unit = Unit::known(settings.metres_per_unit.or(stated.metres_per_unit).unwrap_or(mesh));
             axes = settings.axes.unwrap_or(Axes::SAME);
             to_world = world(unit.metres / mesh, axes);
@@ -137,8 +141,8 @@ fn neutral_frames(
     }
 }
 
-/// The file's unit, where it says or is told one, else the one that suits. `fitted` takes the file's space to the mesh's, whose unit is `mesh`
-/// metres.
+/// The file's unit: the stated one, else the one that suits. `fitted` takes the file's space to the mesh's,
+/// whose unit is `mesh` metres.
 fn unit(
     stated: Option<f64>,
     settings: &Settings,
@@ -176,7 +180,8 @@ fn unit(
     Unit { metres: unit, is_guessed: true }
 }
 
-/// How far each handle's marker is from its handle, in millimetres; `None` where it was not seen at neutral. Warns where it looks like another label.
+/// Distance of each handle's marker from its handle, in millimetres; `None` where it was not seen at neutral.
+/// Warns where the marker seems to have the wrong label.
 pub(crate) fn offsets(
     pose: &[DVec3],
     rest: &[DVec3],

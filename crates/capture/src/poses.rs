@@ -1,5 +1,5 @@
-//! An actor's poses: frames in which the actor does what an example of the rig shows. From them, how the actor's motion becomes the rig's, region by
-//! region.
+//! An actor's poses: frames in which the actor does what an example of the rig shows. The poses say how the
+//! actor's motion becomes the rig's, region by region.
 use crate::tracks::extent;
 use glam::{DMat3, DVec3};
 use rhytid_core::{Error, InputErrorKind, Result};
@@ -9,28 +9,31 @@ use std::collections::BTreeMap;
 /// Neighbours within about this part of the face's extent are of the same region.
 const REGION: f64 = 0.12;
 
-/// Directions in which the poses move a region less than this part of what they move it altogether are left nearly as they are.
+/// Directions along which the poses move a region less than this part of its whole motion stay nearly
+/// unchanged.
 const RIDGE: f64 = 0.02;
 
-/// What a region moves by less than this part of the face's extent says nothing.
+/// Motion of a region below this part of the face's extent is ignored.
 const STILL: f64 = 0.002;
 
-/// No map is farther from the identity, by the root of the sum of the squares.
+/// Largest Frobenius distance of a map from the identity.
 const FARTHEST: f64 = 1.5;
 
 /// An actor's pose.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Pose {
-    /// The example that shows it.
+    /// The example that the pose shows.
     pub example: String,
     /// The frame.
     pub frame: usize,
-    /// How like each other both are: the cosine of the angle between the displacements of all handles, 1 where they differ in size alone.
+    /// How alike the pose and its example are: the cosine of the angle between the displacements of all
+    /// handles. 1 means that they differ in size alone.
     pub likeness: f64,
 }
 
-/// The poses that are named, and for each handle the map that brings the actor's displacements, `columns`, to the rig's. `examples` are the rig's: the
-/// displacement of each handle, which is at `rest`.
+/// The named poses, and for each handle the map from the actor's displacements to the rig's. `columns` holds
+/// the actor's displacements. `examples` holds the rig's: one displacement per handle. `rest` holds the
+/// handles' rest positions.
 ///
 /// # Errors
 /// [`Error::Input`] if there is no such example or frame.
@@ -67,9 +70,11 @@ pub(crate) fn find(
     Ok((found, maps(&pairs, rest)))
 }
 
-/// For each handle the linear map from the actor's displacements to the rig's that fits the poses best over its region, and is the identity where they
-/// say nothing: `M = (Σ w D dᵀ + λ I) (Σ w d dᵀ + λ I)⁻¹` with the actor's displacements d, the examples' D and a weight w that falls with the
-/// distance at rest.
+/// For each handle, the linear map from the actor's displacements to the rig's that fits the poses best over
+/// its region.
+///
+/// `M = (Σ w D dᵀ + λ I) (Σ w d dᵀ + λ I)⁻¹`, with the actor's displacements d, the examples' D and a weight
+/// w that falls with the distance at rest. Where the poses say nothing, M is the identity.
 fn maps(pairs: &[(Vec<DVec3>, &[DVec3])], rest: &[DVec3]) -> Vec<DMat3> {
     let extent = extent(rest.iter().copied());
     let outer = |a: DVec3, b: DVec3| DMat3::from_cols(a * b.x, a * b.y, a * b.z);

@@ -1,4 +1,5 @@
-//! Proportions: where an actor's face is larger or smaller than the rig's, its markers move as much more or less.
+//! Proportions: markers move more where the rig's face is larger than the actor's, and less where it is
+//! smaller.
 use crate::tracks::extent;
 use glam::DVec3;
 use rhytid_core::numbers::median;
@@ -6,20 +7,23 @@ use rhytid_core::numbers::median;
 /// Neighbours within about this part of the face's extent are of the same region.
 const REGION: f64 = 0.15;
 
-/// Nearer ones tell nothing: markers are not glued on to the millimetre.
+/// Pairs that are nearer than this part of the extent are ignored: markers are not glued on to the
+/// millimetre.
 const NEAR: f64 = 0.05;
 
-/// Proportions differ by no more.
+/// Smallest and largest scale of a handle.
 const SCALES: [f64; 2] = [0.7, 1.4];
 
-/// For each handle how large the rig is around it, compared with the actor: the weighted median, over the pairs of handles of its region, of their
-/// distance on the rig (`rest`) divided by that of their markers at neutral. `markers` are in the rig's space, the actor's size taken out, NaN where
-/// they were not seen.
+/// For each handle, how large the rig is around it compared with the actor. The scale is a weighted median
+/// over the pairs of handles in its region. Each pair gives its distance on the rig (`rest`) divided by the
+/// distance of its markers at neutral. `markers` are in the rig's space, with the actor's size taken out; NaN
+/// where they were not seen.
 pub(crate) fn scales(markers: &[DVec3], rest: &[DVec3]) -> Vec<f64> {
     let extent = extent(rest.iter().copied());
     let weight = |a: usize, b: usize| (-0.5 * (rest[a].distance(rest[b]) / (REGION * extent)).powi(2)).exp();
     let of_handle = |j: usize| {
-        // Pairs about the handle, not of it alone: one that is misplaced must not make its own.
+        // All pairs of the region count, not only those of the handle: a misplaced handle must not set its
+        // own scale.
         let region: Vec<usize> = (0..rest.len()).filter(|&k| weight(j, k) > 0.1).collect();
         let mut ratios = Vec::new();
         for (i, &a) in region.iter().enumerate() {
@@ -33,7 +37,7 @@ pub(crate) fn scales(markers: &[DVec3], rest: &[DVec3]) -> Vec<f64> {
         weighted_median(&mut ratios).unwrap_or(1.0)
     };
     let scales: Vec<f64> = (0..rest.len()).map(of_handle).collect();
-    // The size of all together is the alignment's.
+    // The overall size belongs to the alignment.
     let whole = median(&mut scales.clone());
     scales
         .iter()

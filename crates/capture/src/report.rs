@@ -6,7 +6,8 @@ use std::ops::Range;
 
 /// What was found in a raw take, what was assumed and what was done: everything a report shows.
 ///
-/// Markers are named by the index of their handle in [`Report::labels`]; frames are those of the raw take, counted from 0.
+/// Markers are named by the index of their handle in [`Report::labels`]; frames are those of the raw take,
+/// counted from 0.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// The H handles' labels, in the rig's order.
@@ -21,11 +22,11 @@ pub struct Report {
     pub setup: Found,
     /// What is not as it was measured, ordered by kind, frame and marker.
     pub events: Vec<Event>,
-    /// RMS distance in millimetres of the markers that the head's motion was fitted to from where it puts them, frame by frame; 0 in frames
-    /// where it was not fitted.
+    /// RMS distance of the head's markers from where the fitted motion puts them, in millimetres, one per
+    /// frame. 0 in frames without a fit.
     pub head_residuals_mm: Vec<f32>,
-    /// RMS noise of a position (of all three coordinates together) in millimetres, as far as the low-rank model or the second differences tell
-    /// it from motion.
+    /// RMS noise of a position (of all three coordinates together) in millimetres. The low-rank model or the
+    /// second differences tell noise from motion.
     pub noise_mm: f64,
     /// The cut-off of the markers' low-pass filter in Hz; `None` where they were not filtered.
     pub low_pass_hz: Option<f64>,
@@ -36,11 +37,13 @@ pub struct Report {
 /// How the file's markers and numbers were understood.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Found {
-    /// The label in the file of each handle's marker, in the order of the handles; `None` where there is none.
+    /// The label in the file of each handle's marker, in the order of the handles; `None` where there is
+    /// none.
     pub markers: Vec<Option<String>>,
-    /// The labels in the file of the rigid markers that the head's motion was fitted to; empty where it was fitted to all.
+    /// The labels in the file of the rigid markers that the head's motion was fitted to; empty where it was
+    /// fitted to all.
     pub rigid: Vec<String>,
-    /// Labels in the file that are of no use.
+    /// Labels in the file that are not used.
     pub unused: Vec<String>,
     /// Metres in one unit of the file.
     pub metres_per_unit: f64,
@@ -56,25 +59,26 @@ pub struct Found {
     pub neutral_is_found: bool,
     /// How large the actor is compared with the rig.
     pub scale: f64,
-    /// Whether the take was in head space and mesh units already: then it was neither stabilised nor aligned.
+    /// Whether the take was in head space and mesh units already. Then it was neither stabilised nor aligned.
     pub in_head_space: bool,
-    /// How far each handle's marker is from its handle at neutral, in millimetres, after the alignment and before this offset is taken out;
-    /// `None` where it was never seen at neutral.
+    /// Distance of each handle's marker from its handle at neutral, in millimetres. It is measured after the
+    /// alignment and before this offset is taken out. `None` where the marker was never seen at neutral.
     pub offsets_mm: Vec<Option<f64>>,
-    /// For each handle how large the rig is around it, compared with the actor at the same size: what the marker's motion was multiplied by.
+    /// For each handle, how large the rig is around it compared with the actor at the same size. The marker's
+    /// motion was multiplied by this number.
     pub scales: Vec<f64>,
-    /// The actor's poses, from which a linear map for each region was made.
+    /// The actor's poses. A linear map for each region was made from them.
     pub poses: Vec<Pose>,
 }
 
 /// Something that is not as it was measured.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Event {
-    /// What.
+    /// Its kind.
     pub kind: Kind,
-    /// Of which handle's marker; `None` for the head's rigid markers together.
+    /// The handle whose marker it concerns; `None` for the head's rigid markers together.
     pub marker: Option<usize>,
-    /// [`Kind::Swap`]: the other marker; [`Kind::Slide`]: the one that the label slid to, if it came to one;
+    /// [`Kind::Swap`]: the other marker. [`Kind::Slide`]: the marker that the label slid to, if any.
     /// [`Kind::Strain`]: the other end.
     pub other: Option<usize>,
     /// First frame.
@@ -83,7 +87,7 @@ pub struct Event {
     pub frames: usize,
     /// [`Kind::Outlier`] and [`Kind::Step`]: how far away it was, in millimetres on the rig.
     pub distance_mm: Option<f64>,
-    /// [`Kind::Strain`]: the greatest, 1 for twice the length at rest.
+    /// [`Kind::Strain`]: the greatest strain, 1 for twice the length at rest.
     pub strain: Option<f64>,
     /// The lowest confidence that its samples were given.
     pub confidence: f32,
@@ -109,22 +113,23 @@ pub enum Kind {
     Spline,
     /// A longer gap, filled by the low-rank model of this take.
     Model,
-    /// A gap past the limit, or of all markers: filled as well as can be, and not to be trusted.
+    /// A gap past the limit, or of all markers: filled as well as possible, but not reliable.
     Lost,
-    /// A marker that was never seen: it goes with its neighbours.
+    /// A marker that was never seen: it moves with its neighbours.
     NeverSeen,
     /// A gap that was left open, with [`crate::Step::Gaps`] skipped.
     Left,
-    /// A stretch between two handles that no skin has, far beyond what the rig's examples show; left as it is.
+    /// A stretch between two handles that no skin has, far beyond what the rig's examples show; left as it
+    /// is.
     Strain,
-    /// A marker that moves against its neighbours faster than skin does, and does not come back; left as it is.
+    /// A marker that moves against its neighbours faster than skin does, and does not return; left as it is.
     Step,
-    /// The head's rigid markers were not seen: its motion comes from the face's markers, or is held.
+    /// The head's rigid markers were not seen: the head's motion comes from the face's markers, or is held.
     Head,
 }
 
 impl Kind {
-    /// What it is called, in a word or two.
+    /// Its name in a word or two.
     pub fn name(self) -> &'static str {
         match self {
             Self::FilledBefore => "filled before",

@@ -3,12 +3,13 @@ use crate::{Axes, Edit};
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
-/// What is known of an actor and a take, and what to do. By default everything is found, and everything is done.
+/// What is known of an actor and a take, and what to do. By default everything is found, and every step is
+/// done.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
     /// Handles whose markers have another label in the file: handle → label.
     pub markers: BTreeMap<String, String>,
-    /// The labels in the file of the rigid markers; `None`: markers of no handle that keep their distances.
+    /// The labels in the file of the rigid markers. `None`: markers of no handle that keep their distances.
     pub rigid: Option<Vec<String>>,
     /// Metres in one unit of the file; `None`: what the file says, or the unit that fits the rig's size.
     pub metres_per_unit: Option<f64>,
@@ -18,9 +19,10 @@ pub struct Settings {
     pub neutral: Option<Range<usize>>,
     /// Steps to leave out.
     pub skip: BTreeSet<Step>,
-    /// Longer gaps are flagged, in seconds.
+    /// Gaps longer than this many seconds are flagged.
     pub max_gap: f64,
-    /// The markers' low-pass filter's cut-off in Hz; `None`: 12 Hz where the take is noisy, no more than its noise, else none.
+    /// Cut-off of the markers' low-pass filter in Hz. `None`: 12 Hz if the take is noisy, and no more is
+    /// taken than noise; no filter otherwise.
     pub low_pass: Option<f64>,
     /// The head motion's low-pass filter's cut-off in Hz.
     pub head_low_pass: f64,
@@ -68,7 +70,8 @@ pub enum Step {
     Outliers,
     /// Labels that slide off their markers are cut out.
     Slides,
-    /// Gaps are filled; without it they are [`rhytid_core::RawTake::MISSING`] in what comes out, as are dropped outliers.
+    /// Gaps are filled. Without this step gaps and dropped outliers are [`rhytid_core::RawTake::MISSING`] in
+    /// the clean take.
     Gaps,
     /// The markers are low-pass filtered.
     LowPass,

@@ -1,9 +1,9 @@
 //! Slides: labels that leave their marker, for another one or for none.
 //!
-//! Skin moves together, so the low-rank model of the take tells where each marker is from all the others. A label that goes somewhere else for a
-//! while is off by far more than its marker ever is; what makes it a slide rather than an expression of its own is that it ends at another
-//! marker, or in a jump, or farther away than skin goes alone. One that lasts for more than about a tenth of the take is part of what the model
-//! learns, and not found.
+//! Skin moves together, so the low-rank model of the take tells where each marker is from all the others. A
+//! label that goes somewhere else for a while is off by far more than its marker ever is. It is a slide, and
+//! not an expression, if it ends at another marker, ends in a jump, or goes farther than skin goes alone. A
+//! slide that lasts for more than about a tenth of the take is learned by the model and not found.
 use crate::low_rank::{Effort, LeaveOneOut, Model};
 use crate::tracks::{Tracks, median_point, seen};
 use glam::DVec3;
@@ -24,46 +24,49 @@ pub(crate) struct Slide {
     pub end: usize,
 }
 
-/// A marker may be off by this part of the face's extent from where the others would have it …
+/// A marker may be off its expected position by this part of the face's extent …
 const OFF: f64 = 0.02;
 
-/// … and by so many times its own median, whichever is more.
+/// … or by so many times its own median error, if that is more.
 const OFF_ITS_OWN: f64 = 8.0;
 
-/// A slide begins and ends where the marker is off by these parts of both.
+/// A slide begins and ends where the marker is off by the larger of two: this part of the limit, and this
+/// many times its median error …
 const BEGINS: [f64; 2] = [0.1, 3.0];
 
-/// … and by this part of what it comes to.
+/// … and by this part of the slide's largest error.
 const ON_THE_WAY: f64 = 0.1;
 
-/// Farther no skin goes alone, as a part of the face's extent.
+/// No skin goes farther alone, as a part of the face's extent.
 const ALONE: f64 = 0.12;
 
-/// Skin does not move faster against the skin around it: extents of the face a second; and a smaller step is no jump.
+/// Skin does not move faster against the skin around it, in extents of the face a second. A slower step is no
+/// jump.
 const FASTEST: f64 = 2.0;
 
 /// A label is at another marker if it is nearer than this part of their distance at rest …
 const AT: f64 = 0.25;
 
-/// … and otherwise never nearer than this part: lips and lids meet.
+/// … and never gets nearer than this part outside of slides. (Lips and lids do meet.)
 const APART: f64 = 0.5;
 
-/// What is briefer, in seconds, is an outlier.
+/// A briefer stretch, in seconds, is an outlier.
 const BRIEF: f64 = 0.1;
 
 /// A label that is not seen for longer, in seconds, has ended its slide.
 const UNSEEN: f64 = 0.25;
 
-/// Frames that the model learns from, and rounds of filling gaps.
+/// Frames that the model learns from, and rounds in which it fills gaps.
 const EFFORT: Effort = Effort { frames: 1200, iterations: 4 };
 
-/// Fewer frames tell too little of how the markers go together.
+/// Fewer frames say too little about how the markers move together.
 const FEWEST: usize = 60;
 
-/// A slide that the model has learned hides others.
+/// Rounds of finding slides. A slide that the model has learned can hide others.
 const ROUNDS: usize = 4;
 
-/// Finds slides and makes them NaN. `rest` is where the markers are at neutral, `extent` the face's, `noise` the standard deviation of a coordinate.
+/// Finds slides and makes them NaN. `rest` holds the markers' positions at neutral, `extent` is the face's,
+/// `noise` the standard deviation of a coordinate.
 pub(crate) fn cut(tracks: &mut Tracks, rest: &[DVec3], extent: f64, noise: f64) -> Vec<Slide> {
     let mut slides = Vec::new();
     if tracks.frames() < FEWEST {
@@ -72,7 +75,7 @@ pub(crate) fn cut(tracks: &mut Tracks, rest: &[DVec3], extent: f64, noise: f64) 
     let scale = Scale { extent, noise };
     for _ in 0..ROUNDS {
         let Some(off) = off(tracks, &scale) else { break };
-        // Without it the model tells how far each slide goes.
+        // The model has now learned without the slides, so it tells how far each of them goes.
         slides.iter_mut().for_each(|slide| grow(slide, &off, tracks, &scale));
         let found = find(&off, tracks, rest, &scale);
         let is_done = found.is_empty();
@@ -88,27 +91,28 @@ pub(crate) fn cut(tracks: &mut Tracks, rest: &[DVec3], extent: f64, noise: f64) 
     slides
 }
 
-/// What is large and what is small.
+/// The face's extent and the standard deviation of a coordinate.
 struct Scale {
     extent: f64,
     noise: f64,
 }
 
-/// For each frame by how much each marker is off from where all the others have it; NaN where it is not seen.
+/// The error of each marker against all others' expectation, for each frame; NaN where it is not seen.
 fn off(tracks: &Tracks, scale: &Scale) -> Option<Vec<Vec<DVec3>>> {
     let known: Vec<usize> =
         (0..tracks.columns.len()).filter(|&j| tracks.columns[j].iter().any(|p| seen(*p))).collect();
     let columns: Vec<Vec<DVec3>> = known.iter().map(|&j| tracks.columns[j].clone()).collect();
     let part = Tracks { columns, rate: tracks.rate };
     let model = Model::learn(&part, scale.noise, EFFORT)?;
-    let alone = LeaveOneOut::of(&model);
+    let alone = LeaveOneOut::new(&model);
     let frame = |f: usize| {
         let mut all = vec![DVec3::NAN; tracks.columns.len()];
         known.iter().zip(alone.errors(&part, f)).for_each(|(&j, error)| all[j] = error);
         all
     };
     let mut off: Vec<Vec<DVec3>> = (0..part.frames()).into_par_iter().map(frame).collect();
-    // A label that stays where it slid to moves the model's mean, and all its other frames are off by as much.
+    // A label that stays where it slid to moves the model's mean. All its other frames are then off by the
+    // same vector, which is taken out.
     for &j in &known {
         let usual = median_point(off.iter().map(|frame| frame[j]).filter(|e| seen(*e)));
         off.iter_mut().for_each(|frame| frame[j] -= usual);
@@ -133,7 +137,7 @@ fn find(off: &[Vec<DVec3>], tracks: &Tracks, rest: &[DVec3], scale: &Scale) -> V
     slides
 }
 
-/// By how much marker `j` may be off, and by how much a slide's beginning is.
+/// The error that marker `j` may have, and the error at which a slide begins.
 fn limits(off: &[Vec<DVec3>], j: usize, scale: &Scale) -> [f64; 2] {
     let mut own: Vec<f64> = off.iter().map(|frame| frame[j].length()).filter(|e| !e.is_nan()).collect();
     let own = median(&mut own);
@@ -141,7 +145,7 @@ fn limits(off: &[Vec<DVec3>], j: usize, scale: &Scale) -> [f64; 2] {
     [most, (BEGINS[0] * most).max(BEGINS[1] * own)]
 }
 
-/// Up to where the marker is where it should be, on either side.
+/// Grows a slide on both sides, up to where the marker is as expected.
 fn grow(slide: &mut Slide, off: &[Vec<DVec3>], tracks: &Tracks, scale: &Scale) {
     let [_, begins] = limits(off, slide.marker, scale);
     let (length, unseen) = (slide.end - slide.first, tracks.frames_in(UNSEEN));
@@ -163,7 +167,7 @@ fn grow(slide: &mut Slide, off: &[Vec<DVec3>], tracks: &Tracks, scale: &Scale) {
     slide.end = last.map_or(slide.end, |f| f + 1);
 }
 
-/// The stretches in which marker `j` is off by more than it should.
+/// The stretches in which marker `j` is off by more than its limit.
 fn candidates(off: &[Vec<DVec3>], j: usize, tracks: &Tracks, scale: &Scale) -> Vec<Range<usize>> {
     let [most, begins] = limits(off, j, scale);
     let unseen = tracks.frames_in(UNSEEN);
@@ -173,7 +177,7 @@ fn candidates(off: &[Vec<DVec3>], j: usize, tracks: &Tracks, scale: &Scale) -> V
         if e.is_nan() {
             continue;
         }
-        // A run goes on as long as every frame in which the marker is seen is off, up to a jump.
+        // A run goes on while the marker is off in every frame that shows it. A jump ends the run.
         let goes_on = |run: &Range<usize>| {
             f - run.end <= unseen
                 && off[run.end..f].iter().all(|frame| !seen(frame[j]))
@@ -190,7 +194,7 @@ fn candidates(off: &[Vec<DVec3>], j: usize, tracks: &Tracks, scale: &Scale) -> V
     }
     let brief = tracks.frames_in(BRIEF);
     let far = runs.into_iter().filter(|(_, is_far)| *is_far).map(|(run, _)| run);
-    // What a marker is off by besides is no part of the way.
+    // Ends with a small error are not part of the slide.
     let trimmed = far.map(|run| {
         let length = |f: usize| off[f][j].length();
         let farthest = run.clone().map(length).fold(0.0, f64::max);
@@ -201,7 +205,7 @@ fn candidates(off: &[Vec<DVec3>], j: usize, tracks: &Tracks, scale: &Scale) -> V
     trimmed.filter(|run| run.len() > brief).collect()
 }
 
-/// Whether marker `j` jumps into a stretch, or out of it.
+/// Whether marker `j` jumps into or out of a stretch.
 fn jumps_away(off: &[Vec<DVec3>], j: usize, run: &Range<usize>, tracks: &Tracks, scale: &Scale) -> bool {
     let at = |f: usize| off[f][j];
     let before = (0..run.start).rev().find(|&f| seen(at(f)));
@@ -215,13 +219,14 @@ fn jumps_away(off: &[Vec<DVec3>], j: usize, run: &Range<usize>, tracks: &Tracks,
     before.is_some_and(|f| is_jump(run.start, f)) || behind.is_some_and(|f| is_jump(run.end - 1, f))
 }
 
-/// Whether what a marker is off by jumps, away or back: neighbours that are hidden and seen again make it jump too.
+/// Whether a marker's error jumps, up or down. The error must at least double: hidden neighbours that
+/// reappear make it jump a little too.
 fn jumps(a: DVec3, b: DVec3, frames: usize, tracks: &Tracks, scale: &Scale) -> bool {
     let (less, more) = (a.length().min(b.length()), a.length().max(b.length()));
     2.0 * less < more && a.distance(b) > scale.extent * (FASTEST * frames as f64 / tracks.rate).max(OFF)
 }
 
-/// The marker that label `j` comes to in a stretch, though the two never meet elsewhere.
+/// The marker that label `j` comes to in a stretch. The two must not meet elsewhere in the take.
 fn arrives(
     off: &[Vec<DVec3>],
     j: usize,
@@ -248,7 +253,8 @@ fn arrives(
 mod tests {
     use super::*;
 
-    /// Thirty markers on a face of 17 units, three motions, and one marker that moves alone now and then, as a lid does.
+    /// Thirty markers on a face of 17 units, three motions, and one marker that moves alone now and then, as
+    /// a lid does.
     fn face() -> (Tracks, Vec<DVec3>) {
         let rest: Vec<DVec3> = (0..30)
             .map(|i| DVec3::new(f64::from(i % 6) * 2.2, f64::from(i / 6) * 2.8, f64::from(i * i % 7) * 0.2))

@@ -1,26 +1,26 @@
-//! Takes that are not in the rig's space: found out, and brought there.
+//! Finds takes that are not in the rig's space, and brings them there.
 use crate::{Axes, Target};
 use glam::{DMat3, DQuat, DVec3};
 use rhytid_core::Take;
 use rhytid_geometry::registration::fit_robustly;
 use std::fmt;
 
-/// Frames that are looked at.
+/// Frames that are sampled.
 const SAMPLED: usize = 60;
 
-/// In some frame of a take the handles are nearer to rest than this part of their extent, in the mean.
+/// A fitting take has a frame whose mean distance from rest is below this part of the handles' extent.
 const NEAR: f64 = 0.06;
 
-/// So much nearer must they be in another space.
+/// Another space must bring the distance below this part of what it is.
 const NEARER: f64 = 0.4;
 
-/// A head that turns by more, in radians: the markers' own motion turns a robust fit by some degrees.
+/// A larger rotation, in radians, is a head's. The markers' own motion turns a robust fit by some degrees.
 const TURNS: f64 = 0.14;
 
-/// A robust fit counts markers less that are off by this part of their extent.
+/// A robust fit gives less weight to markers that are off by this part of their extent.
 const TOLERANCE: f64 = 0.03;
 
-/// Lengths of one unit in metres that takes have, and their names.
+/// Usual units of takes in metres, and their names.
 const UNITS: [(f64, &str); 5] = [(1e-3, "mm"), (1e-2, "cm"), (1.0, "m"), (0.0254, "in"), (0.3048, "ft")];
 
 /// The unit and axes of a take that is in head space but not in the rig's.
@@ -62,9 +62,9 @@ impl TakeSpace {
 pub enum Misfit {
     /// In this space it would fit.
     Space(TakeSpace),
-    /// The head's motion is in it: it turns by this many degrees at most.
+    /// The take contains the head's motion: the largest rotation in degrees.
     HeadMotion(f64),
-    /// No frame is near the rest pose, and nothing that was tried would make one.
+    /// No frame is near the rest pose, in no unit and with no axes.
     NoFrameNearRest,
 }
 
@@ -93,8 +93,8 @@ impl fmt::Display for Misfit {
     }
 }
 
-/// Looks whether a take is in the rig's space: the target's handles, in its order and without gaps, near the rest pose in some frame, and the head
-/// still. `None` if it is.
+/// Tells why a take is not in the rig's space; `None` if it is. A take in the rig's space has the target's
+/// handles in their order and without gaps. One of its frames is near the rest pose, and its head is still.
 pub fn misfit(take: &Take, target: &Target) -> Option<Misfit> {
     let handles = target.rest.len();
     if handles < 4 || take.labels.len() != handles || take.frames() == 0 {
@@ -105,7 +105,7 @@ pub fn misfit(take: &Take, target: &Target) -> Option<Misfit> {
     let extent = low.distance(high);
     let step = take.frames().div_ceil(SAMPLED);
     let frames: Vec<&[[f64; 3]]> = take.positions.chunks_exact(handles).step_by(step).collect();
-    // The mean distance from rest in the frame where it is least, in parts of the extent.
+    // The smallest mean distance from rest of any frame, as a part of the extent.
     let off = |to_mesh: &dyn Fn([f64; 3]) -> DVec3| {
         let of_frame = |frame: &&[[f64; 3]]| {
             let distances = frame.iter().zip(&target.rest).map(|(x, rest)| to_mesh(*x).distance(*rest));
@@ -116,7 +116,7 @@ pub fn misfit(take: &Take, target: &Target) -> Option<Misfit> {
     let as_it_is = off(&DVec3::from_array);
     if as_it_is > NEAR {
         let units = [(target.metres_per_unit, "")].into_iter().chain(UNITS);
-        // What needs less explanation comes first: equally good, it stays.
+        // Simple spaces come first. A later one must be better by 0.1 %.
         let spaces = units.flat_map(|(metres_per_unit, _)| {
             let turns = std::iter::once(Axes::SAME).chain(Axes::all()).chain(Axes::with_mirror_images());
             turns.map(move |axes| TakeSpace { metres_per_unit, axes })
@@ -136,7 +136,7 @@ pub fn misfit(take: &Take, target: &Target) -> Option<Misfit> {
             return Some(Misfit::Space(space));
         }
     }
-    // What a frame is turned by against rest.
+    // The rotation of a frame against rest, if there is one.
     let turned = |frame: &&[[f64; 3]]| {
         let now: Vec<DVec3> = frame.iter().copied().map(DVec3::from_array).collect();
         let (motion, _) = fit_robustly(&target.rest, &now, false, TOLERANCE * extent)?;
@@ -144,7 +144,7 @@ pub fn misfit(take: &Take, target: &Target) -> Option<Misfit> {
             now.iter().zip(&target.rest).map(|(a, b)| a.distance(from(*b))).sum::<f64>() / handles as f64
         };
         let (before, after) = (mean(&|x| x), mean(&|x| motion.apply(x)));
-        // A pose far from rest turns a fit too, but is not explained by it.
+        // A pose far from rest also turns a fit, but the fit does not explain the pose.
         (after < 0.5 * before && after < NEAR * extent)
             .then(|| motion.rotation.angle_between(DQuat::IDENTITY))
     };

@@ -1,7 +1,8 @@
 //! Label swaps: two markers that have each other's label for a while.
 //!
-//! From the neutral frames, where the labels are right, every marker is followed outwards in both directions. Where two of them jump, and
-//! exchanging them makes both go on where they were, they are exchanged from there on.
+//! From the neutral frames, where the labels are right, every marker is followed forwards and backwards in
+//! time. If two markers jump and an exchange makes both continue where they were, they are exchanged from
+//! that frame on.
 use crate::neighbours::nearest;
 use crate::tracks::{Tracks, median_point, seen};
 use glam::DVec3;
@@ -21,26 +22,28 @@ pub(crate) struct Swap {
 /// An exchange must make the squared jumps smaller by this factor.
 const FACTOR: f64 = 8.0;
 
-/// What moves less in a frame is no jump, as a part of the face's extent.
+/// A smaller motion between frames is no jump, as a part of the face's extent.
 const SMALLEST_JUMP: f64 = 0.012;
 
-/// By this part of what they were off by before must exchanged markers be nearer to where their neighbours have them.
+/// An exchange must remove this part of the squared errors against the neighbours' expectation.
 const GAIN: f64 = 0.5;
 
-/// As many frames of a swap tell.
+/// Frames of a swap that are sampled.
 const SAMPLED: usize = 2000;
 
 /// A marker that was not seen for longer, in seconds, is not followed.
 const LONGEST_AGE: f64 = 0.25;
 
-/// Finds and undoes swaps. `neutral` is a frame in which the labels are right, `rest` where the markers are then, `extent` the face's.
+/// Finds and undoes swaps. `neutral` is a frame with right labels, `rest` holds the markers' positions there,
+/// `extent` is the face's.
 pub(crate) fn undo(tracks: &mut Tracks, neutral: usize, rest: &[DVec3], extent: f64) -> Vec<Swap> {
     let frames = tracks.frames();
     let age = tracks.frames_in(LONGEST_AGE);
     let mut swaps = follow(tracks, (neutral..frames).collect(), age, extent);
     swaps.extend(follow(tracks, (0..neutral.min(frames)).rev().collect(), age, extent));
     let neighbours = nearest(rest, 8);
-    // Where the markers fit their neighbours worse there was none. The last is looked at first, since exchanges build on those before them.
+    // A swap is taken back where the markers fit their neighbours worse. The last swap comes first, since
+    // each one builds on those before it.
     for k in (0..swaps.len()).rev() {
         let Swap { pair, first, end } = swaps[k];
         let better = where_better(tracks, &swaps[k], rest, &neighbours);
@@ -75,7 +78,8 @@ fn exchange(tracks: &mut Tracks, [a, b]: [usize; 2], frames: Range<usize>) {
 fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Vec<Swap> {
     let markers = tracks.columns.len();
     let mut last: Vec<Option<(usize, DVec3)>> = vec![None; markers];
-    // The pairs that are exchanged at present, in the order in which they were, and since which step of the way.
+    // The pairs that are exchanged at present, in the order of their exchange, and the step at which each
+    // began.
     let mut active: Vec<([usize; 2], usize)> = Vec::new();
     let mut swaps = Vec::new();
     let exchanged = |pair: [usize; 2], steps: Range<usize>| {
@@ -84,7 +88,7 @@ fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Ve
     };
     for (i, &f) in order.iter().enumerate() {
         active.iter().for_each(|(pair, _)| exchange(tracks, *pair, f..f + 1));
-        // Those that jump, and those that are not seen and whose label another may have.
+        // Markers that jump, and unseen markers whose label another marker may have.
         let candidates: Vec<(usize, DVec3, bool)> = (0..markers)
             .filter_map(|j| {
                 let (when, position) = last[j].filter(|(when, _)| i - when <= age)?;
@@ -123,16 +127,17 @@ fn follow(tracks: &mut Tracks, order: Vec<usize>, age: usize, extent: f64) -> Ve
             }
         }
     }
-    // What is not undone in the file stays undone here.
+    // A swap that lasts until the end of the file is undone until there.
     swaps.extend(active.into_iter().map(|(pair, since)| exchanged(pair, since..order.len())));
     swaps
 }
 
-/// The part of a swap in which the exchanged markers fit the displacements of their neighbours better than they did; empty if they do not clearly.
+/// The part of a swap in which the exchanged markers fit their neighbours' displacements better than before.
+/// Empty if they do not fit clearly better.
 fn where_better(tracks: &Tracks, swap: &Swap, rest: &[DVec3], neighbours: &[Vec<usize>]) -> Range<usize> {
     let [a, b] = swap.pair;
     let step = (swap.end - swap.first).div_ceil(SAMPLED);
-    // The run of frames that gains most, and what there is to gain in it.
+    // The run of frames with the largest gain, and the largest gain possible in it.
     let (mut best, mut run) = ((0.0, 0.0, 0..0), (0.0, 0.0, swap.first..swap.first));
     for f in (swap.first..swap.end).step_by(step) {
         let expected = |j: usize| {

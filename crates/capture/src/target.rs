@@ -1,8 +1,8 @@
-//! What a take is cleaned for: a rig's handles, and what is known of them.
+//! The target of a clean-up: a rig's handles and what is known about them.
 use glam::DVec3;
 use rhytid_core::{HandleId, Rig};
 
-/// A strain may be larger than in any example by this; a face without examples says less.
+/// How much larger a strain may be than in any example: with examples, and without any.
 const BEYOND: [f64; 2] = [1.0, 2.0];
 
 /// The handles of the rig that a take is cleaned for.
@@ -22,7 +22,7 @@ pub struct Target {
 
 impl Target {
     /// The handles of a rig.
-    pub fn of(rig: &Rig) -> Self {
+    pub fn from_rig(rig: &Rig) -> Self {
         let rest: Vec<DVec3> =
             rig.handles().rest.iter().map(|x| DVec3::from_array(x.map(f64::from))).collect();
         let strains = strain_limits(rig);
@@ -50,7 +50,7 @@ pub struct StrainLimit {
     pub most: f64,
 }
 
-/// The limits of a rig's strain edges: beyond those of its examples by 100 %, by 200 % without examples.
+/// The limits of a rig's strain edges: the examples' largest strain plus 100 %, or 200 % without examples.
 fn strain_limits(rig: &Rig) -> Vec<StrainLimit> {
     let shown =
         |e: usize| rig.fine_scale().pose_features.rows().fold(0.0_f32, |most, center| most.max(center[e]));

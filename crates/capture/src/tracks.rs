@@ -1,22 +1,23 @@
-//! Marker tracks as the steps have them.
+//! Marker tracks in the form that the steps use.
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Take;
 use rhytid_core::numbers::median;
 use std::ops::Range;
 
-/// Marker tracks, one column a marker: all steps but the head's look along time. A position that is NaN was not seen.
+/// Marker tracks, one column a marker: all steps but the head's run along time. A position that is NaN was
+/// not seen.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Tracks {
-    /// M columns of as many positions as there are frames.
+    /// M columns with one position per frame.
     pub columns: Vec<Vec<DVec3>>,
     /// Frames per second.
     pub rate: f64,
 }
 
 impl Tracks {
-    /// The markers of a take, whose positions it leaves empty.
-    pub(crate) fn of(take: &mut Take) -> Self {
+    /// Takes the positions out of a take.
+    pub(crate) fn new(take: &mut Take) -> Self {
         let (positions, m) = (std::mem::take(&mut take.positions), take.labels.len());
         let column = |c: usize| positions.iter().skip(c).step_by(m).copied().map(DVec3::from_array).collect();
         Self { columns: (0..m).into_par_iter().map(column).collect(), rate: take.rate() }
@@ -27,7 +28,7 @@ impl Tracks {
         self.columns.first().map_or(0, Vec::len)
     }
 
-    /// How many frames `seconds` are, at least 1.
+    /// Number of frames in `seconds`, at least 1.
     pub(crate) fn frames_in(&self, seconds: f64) -> usize {
         ((seconds * self.rate).round() as usize).max(1)
     }
@@ -78,14 +79,15 @@ pub(crate) fn typical_extent(tracks: &Tracks, columns: &[usize]) -> f64 {
     if extents.is_empty() { 0.0 } else { median(&mut extents) }
 }
 
-/// The mean of what was seen; `None` if nothing was.
+/// The mean of the seen positions; `None` if nothing was seen.
 pub(crate) fn mean(column: &[DVec3], frames: &Range<usize>) -> Option<DVec3> {
     let points = || column[frames.clone()].iter().filter(|p| seen(**p));
     let n = points().count();
     (n > 0).then(|| points().sum::<DVec3>() / n as f64)
 }
 
-/// The standard deviation of a coordinate's noise: of the second differences, which hardly any motion has, by their median.
+/// The standard deviation of a coordinate's noise, from the median of the second differences. Hardly any
+/// motion has large second differences.
 pub(crate) fn noise(tracks: &Tracks) -> f64 {
     /// As many frames of each marker are enough.
     const FRAMES: usize = 2000;
@@ -99,7 +101,8 @@ pub(crate) fn noise(tracks: &Tracks) -> f64 {
             }
         }
     }
-    // Of a normal distribution half lies within 0.6745 σ; the variance of a second difference is 1 + 4 + 1 times a sample's.
+    // Half of a normal distribution lies within 0.6745 σ. The variance of a second difference is 1 + 4 + 1
+    // times a sample's.
     if seconds.is_empty() { 0.0 } else { median(&mut seconds) / (0.674_489_75 * 6.0_f64.sqrt()) }
 }
 

@@ -1,28 +1,30 @@
-//! What a take shows before anything is known of it: a frame like most of the others, and which markers keep their distances.
+//! What a take shows before anything is known about it: a typical frame, and the markers that keep their
+//! distances.
 use glam::DVec3;
 use rhytid_core::Take;
 use rhytid_core::numbers::median;
 
-/// Frames that are looked at.
+/// Frames that are sampled.
 const SAMPLED: usize = 400;
 
-/// Two markers keep their distance if it is within this part of the markers' extent of its median in nine frames of ten: skin does not.
+/// Two markers keep their distance if it is within this part of the markers' extent of its median in nine
+/// frames of ten. Skin does not.
 const KEEPS: f64 = 0.0012;
 
-/// Frames that show this part of what the best one shows are as good.
+/// A frame is good enough if it shows this part of the markers that the fullest frame shows.
 const SHOWS: f64 = 0.98;
 
 /// Distances between the markers of some frames.
 struct Distances {
     frames: Vec<usize>,
     pairs: Vec<[usize; 2]>,
-    /// For each pair its distance in each frame, NaN where one of both was not seen.
+    /// For each pair its distance in each frame, NaN where one of the two was not seen.
     of_pair: Vec<Vec<f64>>,
     medians: Vec<f64>,
 }
 
 impl Distances {
-    fn of(take: &Take) -> Self {
+    fn new(take: &Take) -> Self {
         let markers = take.labels.len();
         let step = take.frames().div_ceil(SAMPLED).max(1);
         let frames: Vec<usize> = (0..take.frames()).step_by(step).collect();
@@ -41,11 +43,12 @@ impl Distances {
     }
 }
 
-/// The frame in which the markers are as far from each other as they usually are, and nearly all are seen: of most takes a neutral one, as a face
-/// is at rest between expressions. 0 for a take without frames.
+/// The frame in which the markers' distances are closest to their usual ones and nearly all markers are seen.
+/// In most takes this frame is neutral, since a face is at rest between expressions. 0 for a take without
+/// frames.
 pub(crate) fn typical_frame(take: &Take) -> usize {
     let markers = take.labels.len();
-    let distances = Distances::of(take);
+    let distances = Distances::new(take);
     let seen = |f: usize| take.positions[f * markers..][..markers].iter().filter(|p| !p[0].is_nan()).count();
     let most = distances.frames.iter().map(|&f| seen(f)).max().unwrap_or(0);
     let unlike = |i: usize| {
@@ -58,11 +61,11 @@ pub(crate) fn typical_frame(take: &Take) -> usize {
     best.map_or(0, |(_, i)| distances.frames[i])
 }
 
-/// Of the markers `candidates` a set that keep their distances from each other, as those of a cap or a head band do: the first that has three or
-/// more, its members in the candidates' order. Empty where there is none.
+/// The markers of `candidates` that keep their distances from each other, as those of a cap or a head band
+/// do. The first set of three or more is returned, in the candidates' order. Empty where there is none.
 pub(crate) fn rigid_set(take: &Take, candidates: &[usize]) -> Vec<usize> {
     let markers = take.labels.len();
-    let distances = Distances::of(take);
+    let distances = Distances::new(take);
     let extent = distances.medians.iter().copied().fold(0.0, f64::max);
     let mut keeps = vec![false; markers * markers];
     for ((pair, of), median) in distances.pairs.iter().zip(&distances.of_pair).zip(&distances.medians) {

@@ -1,4 +1,4 @@
-//! Every command and flag, once: parsing, help, man pages and shell completions are all made from these files.
+//! Every command and flag. Parsing, help, man pages and shell completions are all made from these files.
 
 mod animate;
 mod channels;
@@ -80,8 +80,9 @@ pub(crate) struct Args {
 pub(crate) enum Command {
     /// Make a project of a neutral scan, expression scans and a take.
     ///
-    /// Finds the expressions and a take beside the neutral, the unit, the up axis and the vertex of each marker; writes a project file with a comment at
-    /// each choice, the table of handles and a picture of them; and ends with the commands that come next.
+    /// Finds the expressions and a take beside the neutral, the unit, the up axis and the vertex of each
+    /// marker. Writes a project file with a comment at each choice, the table of handles and a picture of
+    /// them. Ends with the commands that come next.
     #[command(after_help = "\
 Examples:
   rhytid new scans/anna/neutral.obj
@@ -114,7 +115,8 @@ docs/export.md says which format and which options suit which program.")]
 
     /// Send a take over the network as if it were captured now.
     ///
-    /// To `animate --listen`, or to any program that reads OSC. Each frame is a UDP datagram of its own; docs/live.md says what is in it. Whether anybody listens cannot be known.
+    /// The receiver is `animate --listen`, or any program that reads OSC. Each frame is a UDP datagram of its
+    /// own; docs/live.md describes its content. The command cannot know whether anybody listens.
     #[command(after_help = "\
 Examples:
   rhytid send TAKE.csv
@@ -149,7 +151,8 @@ docs/viewing.md says what can be done there.")]
 
     /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
     ///
-    /// OUT refers to the parts by value clips and holds no frames itself: keep it where it finds them.
+    /// OUT refers to the parts by value clips and holds no frames itself. Keep the parts where OUT expects
+    /// them.
     #[command(after_help = "\
 Examples:
   rhytid stitch part1.usd part2.usd -o FACE.usd
@@ -178,8 +181,9 @@ Examples:
 
     /// Clean a raw take, as a capture system writes it, for a rig.
     ///
-    /// RAW is C3D, TRC, Motive's CSV, Qualisys' TSV or the take's CSV. Unit, axes, rigid markers and neutral frames are found unless they are
-    /// given, and said; docs/prepare.md explains each step. `animate` does this in passing for raw takes.
+    /// RAW is C3D, TRC, Motive's CSV, Qualisys' TSV or the take's CSV. Unit, axes, rigid markers and neutral
+    /// frames are found and reported unless they are given. docs/prepare.md explains each step. `animate`
+    /// cleans raw takes in the same way.
     #[command(after_help = "\
 Examples:
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --report report
@@ -190,8 +194,9 @@ Examples:
 
     /// Place the handles: the markers of a take on the mesh, or so many spread over it.
     ///
-    /// Of a take, one frame near the neutral face is laid over the mesh, whatever its unit and axes; markers of a cap or head band are left out. It
-    /// writes the table that the project file names, with the distance of each vertex from its marker, and a picture to look at.
+    /// With a take, one frame near the neutral face is laid over the mesh. The take may have any unit and
+    /// axes, and markers of a cap or head band are left out. The command writes the table that the project
+    /// file names, with the distance of each vertex from its marker, and a picture to look at.
     #[command(after_help = "\
 Examples:
   rhytid handles FACE.toml session.c3d
@@ -201,9 +206,10 @@ Examples:
 
     /// Find out how good a face's rig is, and where it is not.
     ///
-    /// From the examples alone: what each would be off by if it were left out, and what the noise of markers does. With --truth, dense meshes
-    /// that a take belongs to: how far the rig is from them, beside what else could be made of the same examples. docs/evaluate.md
-    /// says how to read it.
+    /// Without --truth it uses the examples alone: the error of each example if it is left out, and the
+    /// effect of the markers' noise. --truth gives dense meshes that a take belongs to. It adds the rig's
+    /// distance from them, beside the results of other methods with the same examples. docs/evaluate.md says
+    /// how to read it.
     #[command(after_help = "\
 Examples:
   rhytid evaluate FACE.toml
@@ -214,8 +220,8 @@ Examples:
 
     /// Find what the take does that no example shows, and plan the scans to make.
     ///
-    /// It says how uncertain the rig is of the take, and which frames to scan, from markers alone: a rig without any example will do.
-    /// docs/coverage.md says what the numbers mean.
+    /// It says how uncertain the rig is about the take, and which frames to scan. Markers are enough for
+    /// that: the rig may have no example. docs/coverage.md says what the numbers mean.
     #[command(after_help = "\
 Examples:
   rhytid coverage FACE.safetensors TAKE.csv
@@ -227,8 +233,8 @@ Examples:
 
     /// Write a frame as a mesh, to be sculpted.
     ///
-    /// What was sculpted comes back as a correction of frames that are like it (EDIT.toml), or as an example of the rig (FACE.toml).
-    /// docs/edits.md says how.
+    /// The sculpted mesh can become a correction of similar frames (EDIT.toml), or an example of the rig
+    /// (FACE.toml). docs/edits.md says how.
     #[command(after_help = "\
 Examples:
   rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj
@@ -237,8 +243,9 @@ Examples:
 
     /// Say why vertices are where they are in a frame.
     ///
-    /// The handles, strain edges and examples that drive them. The nearest example is the one that the frame looks most like where the vertex is, and all examples' folds together are what is added to the large
-    /// scale there. `view` shows the same of the vertex that is clicked.
+    /// Lists the handles, strain edges and examples that drive the vertices. The nearest example is the one
+    /// that the frame resembles most around the vertex. The wrinkles of all examples together are added to
+    /// the large scale there. `view` shows the same for a clicked vertex.
     #[command(after_help = "\
 Examples:
   rhytid explain FACE.safetensors TAKE.csv --frame 120 --vertex 4711
@@ -247,8 +254,9 @@ Examples:
 
     /// Put the wrinkles of one face on another one, with another mesh.
     ///
-    /// Handles of the same label say how the faces lie to each other; the first is laid over the second, and what it does in each of its examples becomes an example of the second, which
-    /// is solved. docs/transfer.md says what carries over and how to look at it.
+    /// Handles of the same label say how the faces correspond. The first face is laid over the second. Each
+    /// of its examples becomes an example of the second face, which is then solved. docs/transfer.md says
+    /// what carries over and how to look at it.
     #[command(after_help = "\
 Examples:
   rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors
@@ -275,8 +283,8 @@ Examples:
 
     /// Find out which devices of this machine to trust, and how fast they are.
     ///
-    /// Every kernel runs on made-up rigs of all sizes and is compared with a float64 reference; what is allowed is the
-    /// rounding of float32 and no more. Exits with 0 if every device passes and with 1 if one fails.
+    /// Every kernel runs on made-up rigs of all sizes and is compared with a float64 reference. Only the
+    /// rounding of float32 is allowed. Exits with 0 if every device passes and with 1 if one fails.
     #[command(after_help = "\
 Examples:
   rhytid conform
@@ -286,9 +294,11 @@ Examples:
 
     /// Measure how fast devices are, stage by stage.
     ///
-    /// Each time is compared with what its bytes take at the speed of the memory, which is measured in turns with them. Without RIG, a rig is made of as many vertices as --vertices says, with 89 handles and six examples as in the chapter that the method is from; one of the learned
-    /// method is measured in turns with the chapter's.
-    /// Nothing else should run meanwhile. docs/benchmarks.md has figures of ours.
+    /// Each time is compared with the time that its bytes take at the speed of the memory. That speed is
+    /// measured in turns with the device. Without RIG, a rig of --vertices vertices is made, with 89 handles
+    /// and six examples as in the chapter that the method is from. A rig of the learned method is measured in
+    /// turns with one of the chapter's method. Nothing else should run meanwhile. docs/benchmarks.md has our
+    /// figures.
     #[command(after_help = "\
 Examples:
   rhytid bench
@@ -330,7 +340,7 @@ Examples:
   rhytid man ~/.local/share/man/man1")]
     Man(Man),
 
-    /// Look at drivers for another process of this program, which they cannot end then.
+    /// Look at drivers for another process of this program, which their crashes then cannot end.
     #[command(hide = true)]
     Look(Look),
 }
@@ -379,8 +389,8 @@ pub(crate) struct ExportShapes {
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
-    /// Also write three shapes for each handle, which move it by one mesh unit along x, y and z: together they
-    /// give every large-scale motion exactly.
+    /// Also write three shapes for each handle, which move it by one mesh unit along x, y and z. Together
+    /// they give every large-scale motion exactly.
     #[arg(long)]
     pub handles: bool,
 
@@ -392,7 +402,8 @@ pub(crate) struct ExportShapes {
     #[arg(long)]
     pub force: bool,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
+    /// software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 }
@@ -423,7 +434,8 @@ pub(crate) struct Verify {
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
+    /// software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
@@ -453,7 +465,8 @@ pub(crate) struct Prepare {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 
-    /// What is known of the actor and the session, as options of `prepare` in a TOML file; options given here win.
+    /// What is known of the actor and the session, as options of `prepare` in a TOML file; options given here
+    /// win.
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
 
@@ -464,11 +477,11 @@ pub(crate) struct Prepare {
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub fps: Option<f64>,
 
-    /// Write which marker was taken for which handle, and how surely: a table to edit and to give as --markers.
+    /// Write which marker belongs to which handle, and how surely: a table to edit and to give as --markers.
     #[arg(long, value_name = "TABLE.csv")]
     pub write_markers: Option<PathBuf>,
 
-    /// The raw take is a take's CSV in the world's space, not the head's: the head's motion is taken out of it.
+    /// The raw take is a take's CSV in world space, not head space. The head's motion is taken out of it.
     #[arg(long)]
     pub world: bool,
 
@@ -479,8 +492,9 @@ pub(crate) struct Prepare {
 /// `rhytid info`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Info {
-    /// A mesh (.obj, .ply, .glb, .gltf), animation or blend shapes (.usd, .usda, .usdc, .usdz, .glb, .gltf), rig (.safetensors), take (.csv, .c3d, .trc,
-    /// .tsv), table of handles or markers (.csv), project or setup (.toml) or report (.json).
+    /// The file. A mesh (.obj, .ply, .glb, .gltf), animation or blend shapes (.usd, .usda, .usdc, .usdz,
+    /// .glb, .gltf), rig (.safetensors) or take (.csv, .c3d, .trc, .tsv). Also a table of handles or markers
+    /// (.csv), a project or setup (.toml) or a report (.json).
     pub file: PathBuf,
 
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! What draws: a device of the backend wgpu, looked for from behind the guard.
+//! Devices that draw: those of the backend wgpu, found from behind the guard.
 
 use rhytid::report::Painter;
 use rhytid::{Error, Result};
@@ -10,10 +10,10 @@ use {
     rhytid::devices::wgpu::Wgpu,
 };
 
-/// The device with the id `wanted`, or the first where that is the backend's name.
+/// The device with the id `wanted`, or the first one if `wanted` is the backend's name.
 ///
 /// # Errors
-/// As [`find_device`]; [`Error::Input`] for one that does not draw.
+/// As [`find_device`]; [`Error::Input`] for a device that does not draw.
 #[cfg(feature = "wgpu")]
 pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
     let info = find_device(wanted, guard()).map_err(|error| match error {
@@ -35,8 +35,10 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
     }
 }
 
-/// Has `write` write what has pictures; where nothing draws or the drawing fails, without them, and warns that `what` is left out, which says
-/// them and its verb. Whether there are pictures.
+/// Lets `write` write a page with pictures, and returns whether it has them.
+///
+/// Without a device that draws, or if drawing fails, the page is written without pictures. A warning then
+/// says that `what` is left out; `what` includes its verb.
 ///
 /// # Errors
 /// As `write`.

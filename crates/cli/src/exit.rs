@@ -35,7 +35,7 @@ pub(crate) fn install_panic_hook() {
     }));
 }
 
-/// Runs the program; prints its error, if any, and says the exit code. A panic unwinds to here, so that
+/// Runs the program, prints its error, if any, and returns the exit code. A panic unwinds to here, so that
 /// temporary files are removed on the way.
 pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
     let result = catch_unwind(AssertUnwindSafe(run));
@@ -44,7 +44,7 @@ pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCod
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
             ui.line(&format!("error: {}", sentence(&error)));
-            ExitCode::from(exit_code::of(&error))
+            ExitCode::from(exit_code::from_error(&error))
         }
         Err(_) if NO_THREAD.load(Ordering::Relaxed) => ExitCode::from(exit_code::USER),
         Err(_) => ExitCode::from(exit_code::OURS),

@@ -8,7 +8,7 @@ pub(crate) const USER: u8 = 2;
 pub(crate) const OURS: u8 = 1;
 
 /// Whose fault an error is.
-pub(crate) fn of(error: &Error) -> u8 {
+pub(crate) fn from_error(error: &Error) -> u8 {
     match error {
         Error::Input(_) | Error::Io { .. } | Error::Cancelled => USER,
         Error::Device { kind: DeviceErrorKind::NotFound, .. } => USER,
@@ -25,11 +25,11 @@ mod tests {
     #[test]
     fn codes_tell_apart_whose_fault_it_is() {
         let device = |kind| Error::Device { kind, device: "cpu:0".into(), message: "gone".into() };
-        assert_eq!(of(&Error::input("wrong")), 2);
-        assert_eq!(of(&Error::Cancelled), 2);
-        assert_eq!(of(&Error::io(Path::new("x"))(ErrorKind::NotFound.into())), 2);
-        assert_eq!(of(&device(DeviceErrorKind::NotFound)), 2);
-        assert_eq!(of(&device(DeviceErrorKind::Lost)), 1);
-        assert_eq!(of(&Error::Internal("oops".into())), 1);
+        assert_eq!(from_error(&Error::input("wrong")), 2);
+        assert_eq!(from_error(&Error::Cancelled), 2);
+        assert_eq!(from_error(&Error::io(Path::new("x"))(ErrorKind::NotFound.into())), 2);
+        assert_eq!(from_error(&device(DeviceErrorKind::NotFound)), 2);
+        assert_eq!(from_error(&device(DeviceErrorKind::Lost)), 1);
+        assert_eq!(from_error(&Error::Internal("oops".into())), 1);
     }
 }

@@ -1,4 +1,5 @@
-//! Drivers are looked at by this program started again, with a command that its help does not show.
+//! This program looks at drivers in a child process of itself. The child runs a command that the help does
+//! not show.
 
 use rhytid::devices::Guard;
 use std::process::Command;
@@ -6,7 +7,7 @@ use std::process::Command;
 /// The command.
 pub(crate) const LOOK: &str = "look";
 
-/// For everything that looks for devices.
+/// The guard for everything that looks for devices.
 pub(crate) fn guard() -> Guard {
     if std::env::current_exe().is_ok() { Guard::new(child) } else { Guard::NONE }
 }

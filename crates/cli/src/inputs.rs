@@ -13,10 +13,11 @@ use rhytid::playback::{self, CleanUp, EditedTake, Layers};
 use rhytid::{Error, Result, Rig, Take};
 use std::path::{Path, PathBuf};
 
-/// Fewer steps between frames do not say what times are.
+/// Fewer steps between frames do not show the unit of times.
 const FEW_STEPS: usize = 10;
 
-/// The device that `--device` names; `None` for `auto`. Asked before the long work, so that a wrong id is told at once.
+/// The device that `--device` names; `None` for `auto`. It is looked up before the long work, so that a wrong
+/// id is reported at once.
 ///
 /// # Errors
 /// As [`find_device`].
@@ -24,7 +25,7 @@ pub(crate) fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
     if wanted == "auto" { Ok(None) } else { find_device(wanted, guard()).map(Some) }
 }
 
-/// The processor, for what is soon done.
+/// The processor, for short work.
 ///
 /// # Errors
 /// As [`find_device`].
@@ -32,7 +33,7 @@ pub(crate) fn processor() -> Result<DeviceInfo> {
     find_device("cpu:0", guard())
 }
 
-/// The device that was named; else those that conform, the fastest first, which is said.
+/// The named device; else those that conform, the fastest first, with a message.
 ///
 /// # Errors
 /// As [`choose_devices`].
@@ -43,17 +44,18 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
     let chosen = choose_devices("auto", guard(), ui)?;
     ui.clear();
     if let Some(reason) = chosen.reason.filter(|_| !ui.is_quiet()) {
-        ui.line(&format!("auto takes {reason}"));
+        ui.line(&format!("device: {}", reason.device));
+        log::info!("{}", reason.details);
     }
     Ok(chosen.devices)
 }
 
-/// Refuses a file that is plainly of another kind than one of `expected`; `usage` says what the command takes.
+/// Refuses a file that is plainly of another kind than those `expected`. `usage` says what the command takes.
 ///
 /// # Errors
 /// [`Error::Input`].
 pub(crate) fn expect(path: &Path, expected: &[FileKind], usage: &str) -> Result<()> {
-    match FileKind::of(path) {
+    match FileKind::detect(path) {
         Some(found) if !expected.contains(&found) => Err(Error::unsupported_format(format!(
             "{}: is {found}, expected {}; the command is {usage}",
             path.display(),
@@ -80,12 +82,12 @@ pub(crate) fn project(path: &Path, usage: &str) -> Result<()> {
     expect(path, &[FileKind::Project], usage)
 }
 
-/// The take in a file, with all of the rig's handles in every frame. A setup is for raw takes, which are cleaned; what to do with missing markers and the space are for the
-/// take's CSV.
+/// The take in a file, with all of the rig's handles in every frame. A setup applies to raw takes, which are
+/// cleaned. The options for missing markers and space apply to the take's CSV.
 ///
 /// # Errors
-/// As [`playback::read_take`]; [`Error::Input`] if there is a setup for what is no raw take, or a space for one, or if the take is in another
-/// space, as far as that can be told.
+/// As [`playback::read_take`]. [`Error::Input`] if a setup is given for a clean take or a space for a raw
+/// one, or if the take is recognisably in another space.
 pub(crate) fn take(
     path: &Path,
     rig: &Rig,
@@ -119,7 +121,7 @@ pub(crate) fn take(
         let axes = space.take_axes.unwrap_or(Axes::SAME);
         capture::TakeSpace { metres_per_unit, axes }.bring(&mut take, rig.surface().metres_per_unit);
     }
-    let misfit = capture::misfit(&take, &Target::of(rig));
+    let misfit = capture::misfit(&take, &Target::from_rig(rig));
     let remedy = match misfit {
         None => {
             warn_strain(&take, rig, path, ui);
@@ -132,7 +134,7 @@ pub(crate) fn take(
                 Axes::SAME => String::new(),
                 axes => format!(" --take-axes {axes}"),
             };
-            // Said in so many words, it is meant.
+            // A space that was given explicitly is accepted.
             if !is_known {
                 return Err(Error::mismatch(format!(
                     "{}: {}; give{unit}{axes}",
@@ -156,15 +158,15 @@ pub(crate) fn take(
 
 /// A take with the edits of a file, if there is one.
 pub(crate) struct Edited {
-    /// With what they do to folds in all frames.
+    /// The rig with the edits of its wrinkles that apply to all frames.
     pub rig: Rig,
     /// The take.
     pub take: EditedTake,
-    /// What they do beside.
+    /// The remaining edits.
     pub layers: Option<Layers>,
 }
 
-/// Makes a take and its rig what a file of edits says, if there is one.
+/// Applies the edits of a file, if there is one, to a take and its rig.
 ///
 /// # Errors
 /// As [`Layers::read`], [`Layers::edit`] and [`Layers::settle`].
@@ -184,7 +186,7 @@ pub(crate) fn layers(edit: Option<&Path>, rig: &Rig, reading: &TakeReading) -> R
     edit.map(|path| Layers::read(path, rig, reading.elsewhere.reach())).transpose()
 }
 
-/// A file of edits, if there is one, and all that it names: what an output must not be.
+/// A file of edits, if there is one, and all files that it names. No output may be one of them.
 ///
 /// # Errors
 /// As [`edits::read`].
@@ -196,7 +198,7 @@ pub(crate) fn edit_files(edit: Option<&Path>) -> Result<Vec<PathBuf>> {
     Ok(std::iter::once(path.to_owned()).chain(named).collect())
 }
 
-/// One frame of a take, which `path` names.
+/// One frame of a take that was read from `path`.
 ///
 /// # Errors
 /// [`Error::Input`] if the take does not have it.
@@ -211,13 +213,15 @@ pub(crate) fn frame(take: &Take, frame: usize, path: &Path) -> Result<Take> {
     Ok(take.slice(frame..frame + 1))
 }
 
-/// A clean take that lacks some of the rig's handles, with those filled as the clean-up fills markers that are never seen, which it warns of; `None`
-/// where it lacks none or most, or has other labels.
+/// A clean take that lacks some of the rig's handles, with these filled in.
+///
+/// The clean-up fills them as markers that are never seen, and warns about them. `None` if the take lacks no
+/// handle or most of them, or has labels that the rig does not know.
 fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
-    // What is wrong otherwise was said already.
+    // Other errors were reported already.
     let Ok(found) = take::read(path, None, Missing::Leave) else { return Ok(None) };
     let lacking = rig.handles().labels.iter().filter(|label| !found.labels.contains(label)).count();
-    // Labels that the rig does not know are other names of those that it lacks.
+    // Unknown labels are probably other names of the missing ones.
     let is_part = found.labels.iter().all(|label| rig.handles().labels.contains(label));
     if lacking == 0 || 2 * lacking > rig.handles().labels.len() || !is_part {
         return Ok(None);
@@ -243,7 +247,8 @@ fn warn_strain(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
     ));
 }
 
-/// Puts the times at a rate that is given; else says so where they look like numbers of frames, or milliseconds.
+/// Sets the times by a given rate. Without one, warns where the times look like frame numbers or
+/// milliseconds.
 fn times(take: &mut Take, rate: Option<f64>, path: &Path, ui: &Ui) {
     if let Some(rate) = rate {
         take.times = (0..take.frames()).map(|frame| frame as f64 / rate).collect();

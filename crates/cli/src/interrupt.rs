@@ -1,4 +1,5 @@
-//! Ctrl-C: while something is recorded, it ends the recording; while there is a window, it closes it. Else the first asks the work to stop, and after a second ends it; the second one ends it at once.
+//! Ctrl-C. During a recording it ends the recording; in a window it closes the window. Otherwise the first
+//! one asks the work to stop, and ends the program after a second. The second one ends it at once.
 
 use crate::exit_code;
 use crate::progress::Ui;
@@ -9,12 +10,13 @@ use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::Duration;
 
-/// How long work that is asked to stop may go on: some of it, as a factorisation in a library, is not asked.
+/// How long work may go on after it is asked to stop. Some work, such as a factorisation in a library, is
+/// never asked.
 const GRACE: Duration = Duration::from_secs(1);
 
 /// Whether something is recorded.
 static RECORDING: AtomicBool = AtomicBool::new(false);
-/// Whether the user ended that.
+/// Whether the user ended the recording.
 static ENDED: AtomicBool = AtomicBool::new(false);
 
 /// Whether the user asked to end the recording.
@@ -22,7 +24,7 @@ pub(crate) fn recording_ended() -> bool {
     ENDED.load(Ordering::Relaxed)
 }
 
-/// Records; meanwhile the first Ctrl-C only ends the recording.
+/// Records. Meanwhile the first Ctrl-C only ends the recording.
 pub(crate) fn end_of_recording<T>(record: impl FnOnce() -> T) -> T {
     RECORDING.store(true, Ordering::Relaxed);
     let recorded = record();
@@ -30,11 +32,11 @@ pub(crate) fn end_of_recording<T>(record: impl FnOnce() -> T) -> T {
     recorded
 }
 
-/// What the next Ctrl-C does in place of stopping.
+/// The action of the next Ctrl-C instead of stopping.
 #[cfg(feature = "view")]
 static INSTEAD: Mutex<Option<Box<dyn FnOnce() + Send>>> = Mutex::new(None);
 
-/// From now on the first Ctrl-C does `this` alone, and those after it stop.
+/// From now on the first Ctrl-C does only `this`, and later ones stop the program.
 #[cfg(feature = "view")]
 pub(crate) fn first_does(this: impl FnOnce() + Send + 'static) {
     *INSTEAD.lock().unwrap_or_else(PoisonError::into_inner) = Some(Box::new(this));
@@ -68,20 +70,21 @@ pub(crate) fn install(ui: &Arc<Ui>) {
     }
 }
 
-/// Ends the program wherever it is. Outputs appear whole or not at all, whenever that happens.
+/// Ends the program at once. Outputs appear whole or not at all, at any moment.
 fn leave(ui: &Ui) {
     remove_unfinished_files();
     ui.clear();
     ui.line("error: stopped before the end");
-    // What libraries do at the end, drivers' threads above all, might wait for the work that goes on.
+    // What libraries run at the program's exit, above all in drivers' threads, might wait for the work that
+    // goes on.
     #[cfg(unix)]
     signal_hook::low_level::exit(exit_code::USER.into());
     #[cfg(not(unix))]
     std::process::exit(exit_code::USER.into())
 }
 
-/// Removes the temporary files that this process has open, since leaving at once runs no destructors. Other
-/// systems than Linux do not tell which files those are: there a hidden `.rhytid-*.partial` stays behind.
+/// Removes the temporary files that this process has open, since leaving at once runs no destructors. Only
+/// Linux lists those files: on other systems a hidden `.rhytid-*.partial` stays behind.
 fn remove_unfinished_files() {
     #[cfg(target_os = "linux")]
     for entry in std::fs::read_dir("/proc/self/fd").into_iter().flatten().flatten() {

@@ -1,4 +1,4 @@
-//! What the system allows this process: a stack, files of a size, threads.
+//! The system's limits for this process: its stack, the size of files, threads.
 
 use crate::exit_code;
 use std::io::{self, Write};
@@ -6,11 +6,11 @@ use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::mpsc::{Sender, channel};
 
-/// That of a main thread on most systems.
+/// The stack of a main thread on most systems.
 const STACK: usize = 8 << 20;
 
-/// Runs the program on a stack that `ulimit -s` does not make smaller, and lets files that `ulimit -f` forbids be errors
-/// instead of the end.
+/// Runs the program on a stack that `ulimit -s` does not shrink. Files that `ulimit -f` forbids become errors
+/// instead of ending the process.
 pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
     errors_for_large_files();
     let (sender, jobs) = channel();
@@ -33,13 +33,13 @@ pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
     }
 }
 
-/// Something for the main thread to do.
+/// A job for the main thread.
 type Job = Box<dyn FnOnce() + Send>;
 
-/// What the main thread does while the program runs; `None` is the end of it.
+/// The main thread's jobs while the program runs; `None` ends it.
 static JOBS: OnceLock<Sender<Option<Job>>> = OnceLock::new();
 
-/// Says, however the program ended, that it has.
+/// Sends the end of the program when dropped, also after a panic.
 struct Ended(Sender<Option<Job>>);
 
 impl Drop for Ended {
@@ -48,12 +48,13 @@ impl Drop for Ended {
     }
 }
 
-/// Does `job` on the main thread, where alone some systems let a program open windows, and waits for it. `None` if it panicked.
+/// Does `job` on the main thread and waits for it. Some systems let a program open windows only there. `None`
+/// if it panicked.
 #[cfg(feature = "view")]
 pub(crate) fn on_main_thread<T: Send + 'static>(job: impl FnOnce() -> T + Send + 'static) -> Option<T> {
     let (sender, done) = channel();
     let job = move || {
-        // What a panic is was said by the hook.
+        // The hook has already reported the panic.
         if let Ok(result) = std::panic::catch_unwind(std::panic::AssertUnwindSafe(job)) {
             let _ = sender.send(result);
         }
@@ -62,7 +63,7 @@ pub(crate) fn on_main_thread<T: Send + 'static>(job: impl FnOnce() -> T + Send +
     done.recv().ok()
 }
 
-/// Where a panic's message says that a thread could not be started, which libraries offer no error for: the sentence for it.
+/// The sentence for a panic because a thread could not be started. Libraries offer no error for it.
 pub(crate) fn of_panic(message: &str) -> Option<String> {
     let fault = message
         .strip_prefix("failed to spawn thread: ")
@@ -79,7 +80,7 @@ fn no_thread(said: &str) -> String {
     )
 }
 
-/// A handler that does nothing: the write fails then, which is said like other errors of the disk.
+/// A handler that does nothing. The write then fails, and is reported like other errors of the disk.
 fn errors_for_large_files() {
     #[cfg(unix)]
     let _ = signal_hook::flag::register(signal_hook::consts::SIGXFSZ, std::sync::Arc::default());

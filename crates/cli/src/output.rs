@@ -8,13 +8,14 @@ use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::path::PathBuf;
 
-/// These make a line look like another one.
+/// Characters that make a line look like another one.
 const DIRECTIONS: [char; 9] = [
     '\u{202a}', '\u{202b}', '\u{202c}', '\u{202d}', '\u{202e}', '\u{2066}', '\u{2067}', '\u{2068}',
     '\u{2069}',
 ];
 
-/// Writes `text`, made [`harmless`], and a line end to standard output. A reader that went away (`| head`) is not an error.
+/// Writes `text`, made [`harmless`], and a line end to standard output. A reader that went away (`| head`) is
+/// no error.
 ///
 /// # Errors
 /// [`Error::Io`] if standard output cannot be written: a full disk behind `>`.
@@ -28,12 +29,12 @@ pub(crate) fn say(text: &str) -> Result<()> {
 /// As [`say`].
 pub(crate) fn json(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?;
-    // Those below a space are escaped already; where JSON is not ASCII, it is within a string.
+    // Characters below a space are escaped already. Outside of strings JSON is ASCII.
     line(&escaped(&text, |c| format!("\\u{:04x}", u32::from(c))))
 }
 
-/// `text` without what a terminal would obey: of control characters only ends of lines are as they are.
-/// A name in a file can hold any.
+/// `text` without characters that a terminal would obey. Of control characters only line ends stay. A name in
+/// a file can hold any of them.
 pub(crate) fn harmless(text: &str) -> Cow<'_, str> {
     escaped(text, |c| c.escape_default().to_string())
 }
@@ -46,7 +47,7 @@ fn escaped(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(|c| if is_harmful(c) { escape(c) } else { c.to_string() }).collect())
 }
 
-/// As it is: a script for a shell.
+/// Writes a line unchanged: a script for a shell.
 pub(crate) fn line(text: &str) -> Result<()> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
@@ -73,7 +74,7 @@ pub(crate) fn table<const N: usize>(rows: &[[String; N]]) -> String {
         let mut line = String::new();
         for (cell, width) in row.iter().zip(widths) {
             line += cell;
-            // Not by a format's width, which a cell of a file can be too long for.
+            // Padded by hand: a format's width is limited, and a cell from a file can be longer.
             line.extend(std::iter::repeat_n(' ', width + 2 - cell.chars().count()));
         }
         line.trim_end().to_owned()
@@ -81,7 +82,7 @@ pub(crate) fn table<const N: usize>(rows: &[[String; N]]) -> String {
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Where a frame's number goes in the name of a file for each frame.
+/// The place of a frame's number in the name of a file for each frame.
 pub(crate) const FRAME: &str = "{frame}";
 
 /// The name of a frame's file.

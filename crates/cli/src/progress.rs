@@ -1,4 +1,4 @@
-//! Progress, told while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
+//! Progress while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
 use crate::{output, remedy};
@@ -56,13 +56,13 @@ impl Ui {
         self.mode == Mode::Silent
     }
 
-    /// Writes one line to stderr, above the bar if there is one. Errors are ignored: there is nowhere left
-    /// to report them.
+    /// Writes one line to stderr, above the bar if there is one. Errors are ignored: they could not be
+    /// reported.
     pub(crate) fn line(&self, text: &str) {
         write_above(self.lock().as_ref(), text);
     }
 
-    /// Runs work that is one step in one piece, and says how long it took.
+    /// Runs a step that has no parts, and returns the time it took.
     pub(crate) fn timed<T>(&self, step: &'static str, work: impl FnOnce() -> T) -> (T, Duration) {
         self.report(step, 0, 1);
         let result = timed(work);
@@ -75,7 +75,7 @@ impl Ui {
         self.finished.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// Asks the work to stop. Says whether that had been asked before.
+    /// Asks the work to stop. Returns whether it was asked before.
     pub(crate) fn ask_to_stop(&self) -> bool {
         self.stops.swap(true, Ordering::Relaxed)
     }
@@ -98,7 +98,7 @@ impl Ui {
             _ => ProgressDrawTarget::hidden(),
         };
         let bar = ProgressBar::with_draw_target(Some(total), target).with_message(name);
-        // Of a step that is all one piece nothing can be estimated.
+        // A step without parts has no estimate.
         let style = match total {
             0 | 1 => "{msg:28} {elapsed}",
             _ => "{msg:28} [{bar:32}] {percent:>3} %  {elapsed}, about {eta} left",
@@ -160,14 +160,14 @@ impl Progress for Ui {
     }
 }
 
-/// Runs `work` and says how long it took.
+/// Runs `work` and returns the time it took.
 pub(crate) fn timed<T>(work: impl FnOnce() -> T) -> (T, Duration) {
     let start = Instant::now();
     let result = work();
     (result, start.elapsed())
 }
 
-/// Sends log records to `ui` as lines such as `warning: …`. Shows warnings, and more with each `verbose`; the
+/// Sends log records to `ui` as lines such as `warning: …`. Shows warnings, and more with each `verbose`. The
 /// environment variable RUST_LOG overrides both.
 pub(crate) fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
     let level = match verbose {
@@ -187,7 +187,7 @@ pub(crate) fn install_logger(ui: &Arc<Ui>, quiet: bool, verbose: u8) {
         };
         writeln!(out, "{level}: {}", record.args())
     };
-    // While it looks for devices, wgpu reports every API that is not there; our own backend says what matters of it.
+    // While it looks for devices, wgpu reports every missing API. Our own backend reports what matters.
     let of_wgpu = if verbose < 2 { log::LevelFilter::Off } else { level };
     let mut builder = env_logger::Builder::new();
     for module in ["egui_wgpu", "wgpu", "wgpu_core", "wgpu_hal", "naga"] {

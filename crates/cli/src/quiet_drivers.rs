@@ -1,11 +1,12 @@
 //! Drivers that write on standard error as if they were this program.
 
-/// Where sockets of a desktop are; without it libwayland, which OpenGL's loader asks for a display, writes lines that begin with `error: `.
+/// The folder of a desktop's sockets. Without it libwayland writes lines that begin with `error: ` when
+/// OpenGL's loader asks for a display.
 #[cfg(target_os = "linux")]
 const RUNTIME_DIR: &str = "XDG_RUNTIME_DIR";
 
-/// Starts the program anew with the variable set, where it is not: a process's own environment cannot be changed safely once threads may read
-/// it. Nothing has been read or written yet.
+/// Starts the program anew with the variable set, if it is not set. A process cannot safely change its own
+/// environment once threads may read it. Nothing has been read or written yet.
 #[cfg(target_os = "linux")]
 pub(crate) fn restart_if_needed() {
     use std::os::unix::process::CommandExt;
@@ -18,7 +19,7 @@ pub(crate) fn restart_if_needed() {
     if let Some(name) = arguments.next() {
         anew.arg0(name);
     }
-    // Comes back only if that is not possible; then some driver's lines are seen.
+    // This line is reached only if the start fails. Some drivers' lines are then seen.
     let _ = anew.args(arguments).env(RUNTIME_DIR, std::env::temp_dir()).exec();
 }
 

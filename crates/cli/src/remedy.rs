@@ -1,9 +1,10 @@
-//! The flags and commands of this program by which an error or a warning of the library is mended. Its sentences name none.
+//! The flags and commands of this program that remedy an error or a warning of the library. The library's
+//! sentences name none.
 
 use rhytid::core::{Remedy, Warning};
 use rhytid::{DeviceErrorKind, Error};
 
-/// An error's sentence, and behind it what to give to this program.
+/// An error's sentence, followed by the remedy in this program.
 pub(crate) fn of_error(error: &Error) -> String {
     let remedies = match error {
         Error::Input(input) => input.remedies(),
@@ -15,7 +16,7 @@ pub(crate) fn of_error(error: &Error) -> String {
     with(error.to_string(), remedies)
 }
 
-/// A warning's sentence, and behind it what to give to this program.
+/// A warning's sentence, followed by the remedy in this program.
 pub(crate) fn of_warning(warning: &Warning) -> String {
     with(warning.to_string(), warning.remedies())
 }
@@ -48,7 +49,7 @@ fn words(remedy: Remedy) -> Option<&'static str> {
             "`rhytid prepare --write-markers TABLE.csv`, which writes it, and --markers TABLE.csv, which reads it"
         }
         Remedy::WriteFrame => "`rhytid correct`, which writes this one",
-        // One that this program has nothing for.
+        // A warning without a remedy in this program.
         _ => return None,
     })
 }

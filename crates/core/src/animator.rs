@@ -1,4 +1,4 @@
-//! The animator: a [`Session`] behind checks of what it is given.
+//! The animator: a [`Session`] whose input is checked.
 use crate::{Backend, BasisStorage, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use std::time::Duration;
 
@@ -65,8 +65,9 @@ impl<S: Session> Animator<S> {
     /// [`HandleSet::labels`](crate::HandleSet::labels). The results replace those of the last batch.
     ///
     /// # Errors
-    /// [`Error::Input`] if the length is not a multiple of 3 H, the batch is empty or larger than
-    /// [`Animator::max_frames`], or a number is not finite (the results of the last batch are kept then); [`Error::Device`].
+    /// [`Error::Input`] if the length is not a multiple of 3 H, or the batch is empty or larger than
+    /// [`Animator::max_frames`]. [`Error::Input`] if a number is not finite. After these errors the results
+    /// of the last batch are kept. [`Error::Device`] if the device fails.
     pub fn evaluate(&mut self, positions: &[f32]) -> Result<()> {
         let per_frame = self.handles * 3;
         let frames = positions.len() / per_frame;
@@ -100,14 +101,15 @@ impl<S: Session> Animator<S> {
     /// Copies one stage of the last batch to the host: frames × [`Stage::values_per_frame`].
     ///
     /// # Errors
-    /// [`Error::Input`] if nothing was evaluated yet, or the last batch failed on the device; [`Error::Device`].
+    /// [`Error::Input`] if nothing was evaluated yet, or the last batch failed on the device;
+    /// [`Error::Device`].
     pub fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
         self.evaluated_before()?;
         self.session.read(stage, out)
     }
 
-    /// How long the device computed on each stage of the last batch, in the order of [`Stage::ALL`]; `None` where it
-    /// cannot measure.
+    /// How long the device computed on each stage of the last batch, in the order of [`Stage::ALL`]. `None`
+    /// where the device cannot measure.
     ///
     /// # Errors
     /// As [`Animator::read`].
@@ -130,7 +132,8 @@ impl<S: Session> Animator<S> {
         &self.session
     }
 
-    /// The session, for what a backend offers beyond [`Session`]. What is evaluated past this animator is not checked.
+    /// The session, for what a backend offers beyond [`Session`]. The animator does not check input that is
+    /// given to the session directly.
     pub fn session_mut(&mut self) -> &mut S {
         &mut self.session
     }

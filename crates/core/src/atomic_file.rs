@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 /// A file that appears under its name only when it is whole.
 ///
-/// Bytes go to a file in the same folder that has no name, or a temporary one where the system does not know such files;
-/// [`AtomicFile::finish`] gives it its name. Dropped before that, it is gone and whatever stood under the name is untouched.
-/// A symbolic link stays, and is followed to its file; a file that is replaced keeps its mode, and its owner where that is
-/// allowed.
+/// Bytes go to a file without a name in the same folder. Where the system has no such files, the file has a
+/// temporary name. [`AtomicFile::finish`] gives the file its own name. If the file is dropped before that, it
+/// is removed, and a file that already has the name stays as it is. A symbolic link stays, and its target is
+/// written. A file that is replaced keeps its mode and, where that is allowed, its owner.
 #[derive(Debug)]
 pub struct AtomicFile {
     writer: BufWriter<SteadyFile>,
@@ -21,11 +21,11 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Begins the file `path`, and removes what processes that were killed left in its folder.
+    /// Begins the file `path`. It also removes the temporary files of killed processes from the folder.
     ///
     /// # Errors
-    /// [`Error::Input`] if the folder does not exist, or `path` is a folder, a device, a pipe, a socket or read-only;
-    /// [`Error::Io`].
+    /// [`Error::Input`] if the folder does not exist, or `path` is a folder, a device, a pipe, a socket or
+    /// read-only; [`Error::Io`].
     pub fn create(path: &Path) -> Result<Self> {
         let target = followed(path)?;
         let folder = folder_of(&target);
@@ -38,7 +38,8 @@ impl AtomicFile {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return wrong("does not exist; create it first"),
             Err(e) => return Err(Error::io(folder)(e)),
         }
-        // A separator at the end asks for a folder, and would fail only when all was done.
+        // A separator at the end asks for a folder. Without this check, the error would come only at the end
+        // of the work.
         let ends_in_separator = path.to_string_lossy().ends_with(std::path::is_separator);
         let refused = |what: &str| Err(Error::bad_path(format!("{}: is {what}", path.display())));
         match std::fs::metadata(&target) {
@@ -64,8 +65,8 @@ impl AtomicFile {
         &self.path
     }
 
-    /// An unnamed file on the same disk, for what has to be written after what is not yet known. It vanishes
-    /// when dropped.
+    /// An unnamed file on the same disk, for bytes that must stand behind others that are not known yet. The
+    /// file vanishes when it is dropped.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -78,7 +79,8 @@ impl AtomicFile {
         Error::io(&self.path)
     }
 
-    /// [`AtomicFile::finish`] under another name in the same folder, for one that tells what is in the file.
+    /// As [`AtomicFile::finish`], under another name in the same folder, such as a name that depends on the
+    /// contents.
     ///
     /// # Errors
     /// As [`AtomicFile::finish`].
@@ -91,7 +93,7 @@ impl AtomicFile {
     /// Flushes to disk and gives the file its name.
     ///
     /// # Errors
-    /// [`Error::Io`]; nothing is left behind then.
+    /// [`Error::Io`]. No file is left behind then.
     pub fn finish(self) -> Result<()> {
         let Self { writer, path, target } = self;
         let file = writer.into_inner().map_err(|e| Error::io(&path)(e.into_error()))?;
@@ -126,7 +128,8 @@ fn followed(path: &Path) -> Result<PathBuf> {
     Err(Error::bad_path(format!("{}: is a link that leads in a circle", path.display())))
 }
 
-/// Gives a file the mode of the one that it replaces, and its owner. Who may not give a file away keeps it.
+/// Gives a file the mode and the owner of the file that it replaces. A user who may not change the owner
+/// stays the owner.
 #[cfg(unix)]
 fn keep(replaced: &Metadata, file: &File) -> io::Result<()> {
     use std::os::unix::fs::{MetadataExt, fchown};
@@ -134,7 +137,7 @@ fn keep(replaced: &Metadata, file: &File) -> io::Result<()> {
     if (new.uid(), new.gid()) != (replaced.uid(), replaced.gid()) {
         let _ = fchown(file, Some(replaced.uid()), Some(replaced.gid()));
     }
-    // After the owner, whose change takes bits away.
+    // This comes after the owner, since a change of the owner clears bits of the mode.
     file.set_permissions(replaced.permissions())
 }
 

@@ -1,4 +1,4 @@
-//! The traits by which any device evaluates a rig, and what is said of devices.
+//! The traits by which any device evaluates a rig, and the description of a device.
 use crate::listed::listed;
 use crate::{Animator, Result, Rig, Table};
 use half::f16;
@@ -7,17 +7,20 @@ use rhytid_kernels::bands;
 use std::time::Duration;
 
 listed! {
-    /// One result of the runtime, so that a difference between devices is pinned to one kernel. They are computed in this order.
+    /// One result of the runtime. With stages, a difference between devices can be traced to one kernel.
+    /// Stages are computed in this order.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
     pub enum Stage {
         /// f: frames × F ratios.
         Strain,
         /// x̃: frames × V × 3, mesh units.
         LargeScale,
-        /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area. Computed when they are read where nothing else reads
-        /// them, see [`Plan::is_on_demand`](crate::plan::Plan::is_on_demand).
+        /// Normals of x̃: frames × V × 3, of length 1, or 0 at a vertex without area. If no other stage reads
+        /// them, they are computed when they are read: see
+        /// [`Plan::is_on_demand`](crate::plan::Plan::is_on_demand).
         LargeScaleNormals,
-        /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_folds`]): frames × V × 3, mesh units.
+        /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_folds`]): frames × V × 3, mesh
+        /// units.
         Detail,
         /// x: frames × V × 3, mesh units.
         Positions,
@@ -67,17 +70,19 @@ pub enum BasisStorage {
     /// As the rig has it, fp32.
     #[default]
     F32,
-    /// Rounded to the nearest fp16 number: half the memory and half the traffic. What handles have stays exact, so markers
-    /// are still met; [`BasisStorage::largest_error`] says what it does to the other vertices.
+    /// Rounded to the nearest fp16 number: half the memory and half the traffic. The rows of handles stay
+    /// exact, so markers are still met. [`BasisStorage::largest_error`] bounds the error of the other
+    /// vertices.
     F16,
 }
 
 impl BasisStorage {
-    /// How far rounding the basis of `rig`, and c where it has a linear band, can move any vertex along an axis, as a part of
-    /// the largest displacement of a handle: `max_v (Σ_h |B_vh − B'_vh| + Σ_p |c_vp − c'_vp| Σ_e ω_ve |E_pe|)`, B' and c'
-    /// being as they are kept, and |E_pe| the most that feature e of example p can make of
-    /// displacements of 1. Where handles turn, that they do so moves vertices more, and the rounding with it. 0 for
-    /// [`BasisStorage::F32`].
+    /// A bound of how far rounding moves any vertex along an axis, as a part of the largest displacement of a
+    /// handle. Rounded are the basis of `rig` and, where the rig has a linear band, c. The bound is `max_v
+    /// (Σ_h |B_vh − B'_vh| + Σ_p |c_vp − c'_vp| Σ_e ω_ve |E_pe|)`. B' and c' are the stored numbers. |E_pe|
+    /// is the largest product of D_pe with feature e of a frame whose displacements are at most 1. Where
+    /// handles turn, vertices move more, and the rounding moves them more too: the bound leaves this out. 0
+    /// for [`BasisStorage::F32`].
     pub fn largest_error(self, rig: &Rig) -> f64 {
         if self == Self::F32 {
             return 0.0;
@@ -99,7 +104,7 @@ impl BasisStorage {
         let of_vertex = |(v, of_row): (usize, &f64)| {
             let c = learned.example_weights.row(v).iter().zip(most.rows());
             let of_band = c.map(|(c, most)| {
-                let of_edges = rig.influences().of(v).map(|(e, alpha)| f64::from(alpha) * most[e.index()]);
+                let of_edges = rig.influences().at(v).map(|(e, alpha)| f64::from(alpha) * most[e.index()]);
                 let of_anchors = learned.anchors_of(v).map(|(h, nu)| f64::from(nu) * most[edges + h.index()]);
                 let kappa = bands::EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
                 c.iter().map(error).fold(0.0, f64::max) * kappa
@@ -115,7 +120,7 @@ impl BasisStorage {
 #[serde(rename_all = "snake_case")]
 #[non_exhaustive]
 pub enum DeviceKind {
-    /// A processor; behind a GPU's API it is a software driver.
+    /// A processor. Behind a GPU's API it is a software driver.
     Cpu,
     /// A GPU that shares the processor's memory.
     IntegratedGpu,
@@ -123,7 +128,7 @@ pub enum DeviceKind {
     DiscreteGpu,
     /// A part of a GPU, given to a virtual machine.
     VirtualGpu,
-    /// Anything else, or the driver does not tell.
+    /// Anything else, or a device whose driver does not tell.
     Other,
 }
 
@@ -132,7 +137,7 @@ pub enum DeviceKind {
 pub struct DeviceInfo {
     /// [`Backend::NAME`].
     pub backend: &'static str,
-    /// Counts from 0 within the backend; OpenGL's devices in wgpu from 8, whatever other APIs have.
+    /// Counts from 0 within the backend. In wgpu, devices of OpenGL always count from 8.
     pub index: usize,
     /// The device's own name.
     pub name: String,
@@ -142,7 +147,8 @@ pub struct DeviceInfo {
     pub kind: DeviceKind,
     /// Memory in bytes that rigs and results can occupy; `None` where the driver does not tell.
     pub memory_bytes: Option<u64>,
-    /// The largest array that a kernel can address, in bytes; what is larger is split. `None` where there is no limit.
+    /// The largest array that a kernel can address, in bytes. Larger arrays are split. `None` where there is
+    /// no limit.
     pub max_binding_bytes: Option<u64>,
 }
 
@@ -152,7 +158,7 @@ impl DeviceInfo {
         format!("{}:{}", self.backend, self.index)
     }
 
-    /// Whether this is an API for GPUs with nothing but the processor behind it: right for tests, not for speed.
+    /// Whether this is an API for GPUs that runs on the processor: right for tests, not for speed.
     pub fn is_software_driver(&self) -> bool {
         self.kind == DeviceKind::Cpu && self.backend != "cpu"
     }
@@ -165,10 +171,10 @@ pub trait Backend: Sized + Send + Sync + 'static {
     /// A rig resident on one of its devices.
     type Session: Session;
 
-    /// The devices present. `Ok(vec![])` means none here; never panics.
+    /// The devices present. `Ok(vec![])` means that there are none. Never panics.
     ///
     /// # Errors
-    /// [`crate::Error::Device`] if there is a driver and it fails.
+    /// [`crate::Error::Device`] if a driver is present and fails.
     fn devices() -> Result<Vec<DeviceInfo>>;
 
     /// Opens one of [`Backend::devices`].
@@ -177,7 +183,7 @@ pub trait Backend: Sized + Send + Sync + 'static {
     /// [`crate::Error::Device`].
     fn open(device: &DeviceInfo) -> Result<Self>;
 
-    /// Makes `rig` resident. `options` are sound; [`crate::Animator`] sees to it.
+    /// Makes `rig` resident. [`crate::Animator`] has checked `options`.
     ///
     /// # Errors
     /// [`crate::Error::Device`]: out of memory, unsupported, driver.
@@ -186,21 +192,22 @@ pub trait Backend: Sized + Send + Sync + 'static {
 
 /// A rig resident on a device. Its inputs were validated by [`crate::Animator`].
 pub trait Session: Send + 'static {
-    /// Enqueues a batch of frames; the results stay on the device and replace the last ones.
+    /// Enqueues a batch of frames. The results stay on the device and replace those of the last batch.
     ///
     /// # Errors
-    /// [`crate::Error::Device`]; the results are then undefined until the next success.
+    /// [`crate::Error::Device`]. The results are then undefined until the next success.
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()>;
 
-    /// Waits, then copies one stage of the last batch into `out`, which is resized to
-    /// frames × [`Stage::values_per_frame`]: the only way from device to host.
+    /// Waits, then copies one stage of the last batch into `out`, which is resized to frames ×
+    /// [`Stage::values_per_frame`]. This is the only way from device to host.
     ///
     /// # Errors
     /// [`crate::Error::Device`].
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()>;
 
     /// Waits, then says how long the device computed on each stage of the last batch, in the order of
-    /// [`Stage::ALL`], 0 where it had one in another; `None` where it cannot measure.
+    /// [`Stage::ALL`]. A stage that was computed together with another one has 0. `None` where the device
+    /// cannot measure.
     ///
     /// # Errors
     /// [`crate::Error::Device`].
@@ -221,7 +228,7 @@ impl<S: Session + ?Sized> Session for Box<S> {
     }
 }
 
-/// An opened device, whatever its backend.
+/// An opened device of any backend.
 pub struct Device {
     info: DeviceInfo,
     #[expect(clippy::type_complexity, reason = "it is written once")]

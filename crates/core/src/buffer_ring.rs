@@ -1,5 +1,5 @@
-//! Buffers that go round between two threads: one thread fills them, the other one empties them and gives them back, so
-//! that memory does not grow with what passes through. Either end's going away ends the other.
+//! Buffers that go round between two threads. One thread fills them; the other one empties them and returns
+//! them. So memory does not grow with the amount of data. When one end is dropped, the other one ends too.
 //!
 //! ```
 //! use rhytid_core::buffer_ring::buffer_ring;
@@ -36,7 +36,8 @@ pub struct Emptier<Buffer> {
     empty: Sender<Buffer>,
 }
 
-/// The two ends between which these empty `buffers` go round. How many there are is how far the first end gets ahead.
+/// The two ends between which these empty `buffers` go round. The filler gets ahead by at most as many
+/// buffers as there are.
 pub fn buffer_ring<Buffer>(buffers: impl IntoIterator<Item = Buffer>) -> (Filler<Buffer>, Emptier<Buffer>) {
     let (to_empty, full) = channel();
     let (to_fill, empty) = channel();
@@ -46,7 +47,7 @@ pub fn buffer_ring<Buffer>(buffers: impl IntoIterator<Item = Buffer>) -> (Filler
 }
 
 impl<Buffer> Filler<Buffer> {
-    /// A buffer to fill, waited for; `None` once the other end is gone and has left none.
+    /// Waits for a buffer to fill. `None` once the other end is gone and no buffer is left.
     pub fn empty(&self) -> Option<Buffer> {
         self.empty.recv().ok()
     }
@@ -58,13 +59,13 @@ impl<Buffer> Filler<Buffer> {
 }
 
 impl<Buffer> Emptier<Buffer> {
-    /// The next full buffer, in the order in which they were handed over, waited for; `None` once the other end is gone and
-    /// all of them were taken.
+    /// Waits for the next full buffer, in the order in which buffers were handed over. `None` once the other
+    /// end is gone and no full buffer is left.
     pub fn full(&self) -> Option<Buffer> {
         self.full.recv().ok()
     }
 
-    /// Gives an empty buffer back. Where the other end is gone, nobody wants it.
+    /// Returns an empty buffer. Where the other end is gone, the buffer is dropped.
     pub fn give_back(&self, buffer: Buffer) {
         let _ = self.empty.send(buffer);
     }

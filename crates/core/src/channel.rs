@@ -1,7 +1,8 @@
 //! Channels: the numbers that a frame has at each vertex, as data.
 //!
-//! [`ChannelKind`] is what a person asks for; [`ChannelKind::channels`] are the arrays that come of it. Readers, writers, comparisons and
-//! options go through these values, so that a new channel is described here, computed in one place, and known everywhere.
+//! [`ChannelKind`] is what a user asks for. [`ChannelKind::channels`] are the arrays that a kind consists of.
+//! Readers, writers, comparisons and options use these values. So a new channel is described here, computed
+//! in one place, and known everywhere.
 
 use crate::listed::listed;
 use std::borrow::Cow;
@@ -24,25 +25,28 @@ pub enum Quantity {
 
 /// How far a number of a file may be from a fresh evaluation.
 ///
-/// Two devices round differently: their positions are at most δ apart, which the caller knows. Around a vertex whose thinnest triangle has the
-/// height h, that tilts and stretches triangles by about δ/h.
+/// Two devices round differently: their positions differ by at most δ, which the caller knows. Let h be the
+/// height of the thinnest triangle at a vertex. Then a difference of δ tilts and stretches triangles there by
+/// about δ/h.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tolerance {
     /// δ, as a distance.
     Position,
     /// 2 δ times the frames per second: a velocity is the difference of two positions.
     Velocity,
-    /// `within + 4 δ/h`: a function of the shapes of a vertex's triangles.
+    /// `within + 4 δ/h`, for a number that depends on the shapes of a vertex's triangles.
     Shape {
-        /// What is allowed where nothing is thin.
+        /// What is allowed where no triangle is thin.
         within: f64,
     },
-    /// The same over the difference of the two principal strains, up to the sign: where both are alike, any direction is right.
+    /// [`Tolerance::Shape`] divided by the difference of the two principal strains, up to the sign. Where
+    /// both strains are equal, any direction is right.
     PrincipalAxis {
-        /// What is allowed where nothing is thin, times the difference of the strains.
+        /// What is allowed where no triangle is thin, times the difference of the strains.
         within: f64,
     },
-    /// `of_largest` of the largest number of the frame: computed from the markers alone, by the same program on every device.
+    /// `of_largest` times the largest number of the frame. Such numbers are computed from the markers alone,
+    /// by the same program on every device.
     FromMarkers {
         /// A ratio.
         of_largest: f64,
@@ -82,19 +86,20 @@ impl Interpolation {
 pub struct Channel {
     /// The name, a letter and then letters, digits and `_`: what a USD primvar is called.
     pub name: Cow<'static, str>,
-    /// What a sentence calls it, in the plural.
+    /// What sentences call the channel, in the plural.
     pub words: Cow<'static, str>,
-    /// What it was asked for as; `None` for positions, and for what another program has put into a file.
+    /// The kind that it belongs to. `None` for positions, and for channels that another program has put into
+    /// a file.
     pub kind: Option<ChannelKind>,
     /// Numbers at each vertex, at least 1.
     pub width: usize,
     /// What they are, and their unit.
     pub quantity: Quantity,
-    /// How far they may be from a fresh evaluation.
+    /// How far the numbers may be from a fresh evaluation.
     pub tolerance: Tolerance,
-    /// When there are any.
+    /// When the channel has numbers.
     pub timing: Timing,
-    /// What they belong to.
+    /// What the numbers belong to.
     pub interpolation: Interpolation,
 }
 
@@ -135,7 +140,8 @@ pub static VELOCITIES: Channel = per_frame(
     Tolerance::Velocity,
 );
 
-/// The standard deviation σ of each vertex: how far it may be from where a scan of the frame would have it.
+/// The standard deviation σ of each vertex: how far the vertex may be from its position in a scan of the
+/// frame.
 pub static SIGMA: Channel = per_frame(
     "sigma",
     "standard deviations",
@@ -155,7 +161,7 @@ pub static STRAIN: Channel = per_frame(
     Tolerance::Shape { within: 1e-3 },
 );
 
-/// Along which line the skin is stretched by the larger principal strain.
+/// The line along which the larger principal strain stretches the skin.
 pub static STRAIN_DIRECTION_1: Channel = per_frame(
     "strainDirection1",
     "first strain directions",
@@ -165,7 +171,7 @@ pub static STRAIN_DIRECTION_1: Channel = per_frame(
     Tolerance::PrincipalAxis { within: 1e-3 },
 );
 
-/// Along which line it is stretched by the smaller one.
+/// The line along which the smaller principal strain stretches the skin.
 pub static STRAIN_DIRECTION_2: Channel = per_frame(
     "strainDirection2",
     "second strain directions",
@@ -179,7 +185,8 @@ pub static STRAIN_DIRECTION_2: Channel = per_frame(
 const WRINKLE: &str = "wrinkle_";
 
 listed! {
-    /// What a frame can have beside its positions, in the order in which files have it: one choice of a person, one or more channels.
+    /// What a frame can have beside its positions, in the order of files. Each kind is one choice of a user
+    /// and has one or more channels.
     #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
     pub enum ChannelKind {
         /// [`NORMALS`].
@@ -207,12 +214,13 @@ impl ChannelKind {
         }
     }
 
-    /// Whether frames have it unless somebody says otherwise.
+    /// Whether frames have this kind by default.
     pub fn is_default(self) -> bool {
         self == Self::Normals
     }
 
-    /// What it is and what it is for, as a phrase that follows “write”; of what is there by default, “leave”.
+    /// What the kind is and what it is for, as a phrase that follows “write”. For a kind that is there by
+    /// default, the phrase follows “leave”.
     pub fn description(self) -> &'static str {
         match self {
             Self::Normals => {
@@ -273,7 +281,8 @@ impl Channel {
             }
     }
 
-    /// The channel that a file has under this name, with so many numbers at each vertex. One that nobody here writes is a ratio.
+    /// The channel of a file with this name and `width` numbers at each vertex. A channel with a name that
+    /// Rhytid does not write is a ratio.
     pub fn of_file(name: &str, width: usize) -> Self {
         let known =
             ChannelKind::ALL.into_iter().flat_map(|kind| kind.channels(&[])).chain([POSITIONS.clone()]);
@@ -305,7 +314,7 @@ fn of_wrinkle(name: String, example: &str) -> Channel {
     }
 }
 
-/// The text with `_` for what cannot stand in a primvar's name.
+/// The text with `_` in place of every character that a primvar's name cannot have.
 fn identifier(text: &str) -> String {
     text.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }

@@ -1,13 +1,14 @@
-//! Errors, by who can do something about them.
+//! Errors, grouped by who can do something about them.
 use crate::Remedy;
 use std::path::{Path, PathBuf};
 
-/// What every fallible function of Rhytid returns.
+/// The result of every fallible function of Rhytid.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// Everything that can go wrong, told apart by who can do something about it.
+/// Everything that can go wrong, grouped by who can do something about it.
 ///
-/// Shown with `{}`, an error is one sentence for a person. A program goes by the variant, and within [`Error::Input`] by the kind:
+/// Shown with `{}`, an error is one sentence for a person. A program tells errors apart by the variant, and
+/// errors of [`Error::Input`] by the kind:
 ///
 /// ```
 /// use rhytid_core::{Error, InputErrorKind, Take};
@@ -24,7 +25,7 @@ pub type Result<T, E = Error> = std::result::Result<T, E>;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The input is at fault. One sentence: which file, which line or element, what was found, what was
+    /// The input is at fault. One sentence says which file, which line or element, what was found, what was
     /// expected and what to do.
     #[error("{0}")]
     Input(InputError),
@@ -36,7 +37,7 @@ pub enum Error {
         /// The operating system's reason.
         source: std::io::Error,
     },
-    /// A device failed in a way its caller could not foresee.
+    /// A device failed in a way that its caller could not foresee.
     #[error("{device}: {message}")]
     Device {
         /// What failed.
@@ -49,7 +50,7 @@ pub enum Error {
     /// The caller asked to stop (see [`crate::Progress::cancelled`]). Nothing was written.
     #[error("stopped before the end; nothing was written")]
     Cancelled,
-    /// A fault of Rhytid's own.
+    /// A fault in Rhytid itself.
     #[error("internal error: {0}; please report it")]
     Internal(String),
 }
@@ -66,8 +67,8 @@ pub struct InputError {
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum InputErrorKind {
-    /// A take has no columns for some of the markers that are needed. Give a take that has them, or say which of its markers
-    /// are meant.
+    /// A take has no columns for some of the markers that are needed. Give a take that has them, or say which
+    /// of its markers are meant.
     MissingMarkers {
         /// All that are missing, in the order in which they were asked for.
         labels: Vec<String>,
@@ -77,17 +78,18 @@ pub enum InputErrorKind {
         /// The names, as they were found.
         labels: Vec<String>,
     },
-    /// Something names an example, a group, a region, a material or a property that is not there. Mend the name.
+    /// Something names an example, a group, a region, a material or a property that is not there. Mend the
+    /// name.
     UnknownName {
         /// The name, as it was found.
         name: String,
     },
-    /// A unit of length is none that is known. Give a known one, or its metres.
+    /// A unit of length is unknown. Give a known one, or its metres.
     UnknownUnit {
         /// The unit, as it was found.
         found: String,
     },
-    /// A file has a key that nobody reads, most likely misspelt. Mend or remove it.
+    /// A file has an unknown key, most likely misspelt. Mend or remove it.
     UnknownKey {
         /// The key, without its section.
         key: String,
@@ -97,7 +99,8 @@ pub enum InputErrorKind {
         /// The key, without its section; or the section's name.
         key: String,
     },
-    /// A key of a file has a value of the wrong type, outside its range, or none of those that are known. Mend the value.
+    /// A key of a file has a value of the wrong type, outside its range, or not among the known values. Mend
+    /// the value.
     WrongValue {
         /// The key, without its section.
         key: String,
@@ -107,56 +110,68 @@ pub enum InputErrorKind {
         /// The line, counted from 1, of a text file where the line is known.
         line: Option<usize>,
     },
-    /// A file ends before what it announces, or has another length than it announces. Copy or export it again.
+    /// A file ends before what it announces, or has another length than it announces. Copy or export it
+    /// again.
     CutShort,
     /// A rig's arrays do not fit together, or its file lacks some. Solve it again.
     RigDamaged,
-    /// A file is of a format that is not read or written here, or uses a part of its format that is not. Export it another way.
+    /// A file has a format that Rhytid does not read or write, or uses an unsupported part of its format.
+    /// Export it another way.
     UnsupportedFormat,
-    /// A file is of a version of its format that is not read here. Make it anew.
+    /// A file has a version of its format that Rhytid does not read. Make it again.
     UnsupportedVersion,
     /// A number, an index, a frame or a vertex is outside what is allowed. The sentence says what is.
     OutOfRange,
-    /// More than a format, a device or the memory holds. Ask for less, or choose another format or device.
+    /// Something is larger than a format, a device or the memory holds. Ask for less, or choose another
+    /// format or device.
     TooLarge,
-    /// Two things that belong together differ: in number, in the order of vertices, in unit, or in what they were made from.
+    /// Two things that belong together differ: in number, in the order of vertices, in unit, or in what they
+    /// were made from.
     Mismatch,
     /// A file that another file names does not exist. Put it there, or mend the path.
     NotThere {
         /// The file, as it was looked for.
         file: PathBuf,
     },
-    /// A file names another one outside its own folder, which is not read unless the caller trusts who wrote it.
+    /// A file names another one outside its own folder. Such a file is read only if the caller trusts the
+    /// author.
     OutsideFolder {
         /// The file, as it was named.
         file: PathBuf,
     },
-    /// What is to be written would take the place of something that is read, or that is to stay. Choose another name.
+    /// An output would overwrite an input, or a file that has to stay. Choose another name.
     WouldOverwrite {
         /// The file that is there.
         file: PathBuf,
     },
-    /// A path leads to a folder, a device, something that may not be written, or nowhere. Choose another path.
+    /// A path leads to a folder, a device, something that may not be written, or nowhere. Choose another
+    /// path.
     BadPath,
     /// A take's file does not say how many frames a second has. Give the rate.
     NoFrameRate,
     /// A take lacks the position of a marker in some frames. Fill the gaps, or have the marker held.
     MissingSamples,
-    /// A mesh is no surface that can be used: its faces, corners, coordinates or textures do not make one. Mend and export it.
+    /// A mesh is no surface that can be used: its faces, corners, coordinates or textures do not make one.
+    /// Mend and export it.
     BadTopology,
-    /// There is nothing to work with: no frame, no marker, no row, no mesh. Export the file with its contents.
+    /// There is nothing to work with: no frame, no marker, no row, no mesh. Export the file with its
+    /// contents.
     Empty,
-    /// The rig lacks what was asked of it: examples, strain edges, texture coordinates, or the learned method. Solve it with these.
+    /// The rig lacks what was asked of it: examples, strain edges, texture coordinates, or the learned
+    /// method. Solve it with these.
     RigLacks,
     /// Two settings or entries exclude each other, or one is given twice. Leave one out.
     Conflict,
-    /// Markers or landmarks do not determine where they belong: too few, on one line, or of another shape. Say which are which.
+    /// Markers or landmarks do not determine where they belong: there are too few, they are on one line, or
+    /// they have another shape. Say which are which.
     NoFit,
-    /// The equations have no solution in floating point. Mend the mesh where the sentence says, or change the setting.
+    /// The equations have no solution in floating point. Mend the mesh where the sentence says, or change the
+    /// setting.
     NotSolvable,
-    /// A network address cannot be used, or nothing usable comes from it. Choose another address, or look at the sender.
+    /// A network address cannot be used, or nothing usable comes from it. Choose another address, or look at
+    /// the sender.
     Network,
-    /// None of the others; the sentence says what.
+    /// None of the others. The sentence says what.
     Other,
 }
 
@@ -189,7 +204,7 @@ impl InputError {
         &self.sentence
     }
 
-    /// Which settings, given otherwise, would avoid the error. Empty where there are none.
+    /// The settings that would avoid the error if they were changed. Empty where there are none.
     pub fn remedies(&self) -> &'static [Remedy] {
         self.remedies
     }
@@ -240,7 +255,8 @@ constructors! {
 }
 
 impl Error {
-    /// The same error, of another kind, such as one with data; others than [`Error::Input`] are as they were.
+    /// The same error with another kind, such as a kind with data. Errors other than [`Error::Input`] stay as
+    /// they are.
     #[must_use]
     pub fn of_kind(self, kind: InputErrorKind) -> Self {
         match self {
@@ -249,7 +265,8 @@ impl Error {
         }
     }
 
-    /// The same error, which these settings would avoid; others than [`Error::Input`] are as they were.
+    /// The same error with the settings that would avoid it. Errors other than [`Error::Input`] stay as they
+    /// are.
     #[must_use]
     pub fn with_remedies(self, remedies: &'static [Remedy]) -> Self {
         match self {
@@ -258,7 +275,7 @@ impl Error {
         }
     }
 
-    /// The kind of an [`Error::Input`]; `None` of others.
+    /// The kind of an [`Error::Input`]. `None` for other errors.
     pub fn input_kind(&self) -> Option<&InputErrorKind> {
         match self {
             Self::Input(error) => Some(error.kind()),
@@ -266,7 +283,8 @@ impl Error {
         }
     }
 
-    /// The same error in other words: `reword` makes them of its sentence; others than [`Error::Input`] are as they were.
+    /// The same error in other words, which `reword` makes from its sentence. Errors other than
+    /// [`Error::Input`] stay as they are.
     #[must_use]
     pub fn reworded(self, reword: impl FnOnce(String) -> String) -> Self {
         match self {
@@ -275,7 +293,8 @@ impl Error {
         }
     }
 
-    /// The same error where it was found in a file, which an [`Error::Input`] does not name yet; others are as they were.
+    /// The same error with the name of the file in which it was found. Errors other than [`Error::Input`]
+    /// stay as they are.
     #[must_use]
     pub fn in_file(self, name: impl std::fmt::Display) -> Self {
         self.reworded(|sentence| format!("{name}: {sentence}"))

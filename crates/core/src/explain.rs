@@ -1,4 +1,4 @@
-//! Why a vertex is where it is in a frame: what it listens to, and which examples its folds come from.
+//! Why a vertex is where it is in a frame: its influences, and the examples that its folds come from.
 
 use crate::{Error, HandleId, Result, Rig, StrainEdgeId};
 use rhytid_kernels::vec3;
@@ -6,21 +6,24 @@ use rhytid_kernels::vec3;
 /// What drives one vertex in one frame.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Explanation {
-    /// The handles that its large scale follows, and how far, B_vh (1 for all of it): the most first, none with 0.
+    /// The handles that its large scale follows, and the weights B_vh (1 for all of it). The largest weight
+    /// comes first; handles with 0 are left out.
     pub handles: Vec<HandleShare>,
-    /// The strain edges that it listens to, the most first, none with a weight of 0.
+    /// The strain edges that influence it. The largest weight comes first; edges with 0 are left out.
     pub edges: Vec<EdgeShare>,
-    /// The handles that it listens to by themselves (anchors), and their weights ν from 0 to 1: the most first, none with 0.
+    /// The anchors that influence it, which are single handles, and their weights ν from 0 to 1. The largest
+    /// weight comes first; anchors with 0 are left out.
     pub anchors: Vec<HandleShare>,
     /// How far the frame is from the rest pose, as the vertex sees it: a ratio, as a strain is.
     pub from_rest: f64,
-    /// The part of the folds that is the rest pose's, as [`ExampleShare::fold`]: 0 but by the chapter's method.
+    /// The rest pose's part of the folds, as [`ExampleShare::fold`]. It is 0 except with the chapter's
+    /// method.
     pub fold_of_rest: [f64; 3],
     /// All examples, in the rig's order.
     pub examples: Vec<ExampleShare>,
 }
 
-/// A handle that a vertex follows or listens to.
+/// A handle that a vertex follows, or an anchor that influences it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandleShare {
     /// Which handle.
@@ -29,14 +32,14 @@ pub struct HandleShare {
     pub weight: f64,
 }
 
-/// A strain edge that a vertex listens to.
+/// A strain edge that influences a vertex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EdgeShare {
     /// Which strain edge.
     pub edge: StrainEdgeId,
     /// α, from 0 to 1.
     pub weight: f64,
-    /// How much longer it is than at rest: 0.1 for a tenth.
+    /// How much longer the edge is than at rest: 0.1 for a tenth.
     pub strain: f64,
 }
 
@@ -45,9 +48,9 @@ pub struct EdgeShare {
 pub struct ExampleShare {
     /// How far the frame is from the example, as the vertex sees it: a ratio, 0 where it is the example.
     pub distance: f64,
-    /// The part of the folds that is this example's, in mesh units: along the mesh's axes, or in the tangent frame t, b, n where
-    /// folds are of strain lengths ([`Rig::vector_folds`] says which). All together, with [`Explanation::fold_of_rest`], they are the
-    /// vertex's detail.
+    /// This example's part of the folds, in mesh units. It is along the mesh's axes, or in the tangent frame
+    /// t, b, n where folds are functions of strain lengths ([`Rig::vector_folds`] says which). The sum over
+    /// all examples and [`Explanation::fold_of_rest`] is the vertex's detail.
     pub fold: [f64; 3],
 }
 
@@ -59,7 +62,8 @@ impl Explanation {
 }
 
 impl Rig {
-    /// What drives `vertex` where the H handles are at these positions, in mesh units and head space, in the order of [`HandleSet::labels`](crate::HandleSet::labels).
+    /// What drives `vertex` where the H handles are at these positions, in mesh units and head space, in the
+    /// order of [`HandleSet::labels`](crate::HandleSet::labels).
     ///
     /// # Errors
     /// [`Error::Input`] if there is no such vertex, or not H positions.
@@ -74,7 +78,7 @@ impl Rig {
             return Err(Error::mismatch(format!("{found} handle positions, expected those of {h} handles")));
         }
         let strains = self.handles().strains(handle_positions);
-        let edges = self.influences().of(vertex).map(|(edge, weight)| EdgeShare {
+        let edges = self.influences().at(vertex).map(|(edge, weight)| EdgeShare {
             edge,
             weight: weight.into(),
             strain: strains[edge.index()].into(),
@@ -101,7 +105,8 @@ impl Rig {
         })
     }
 
-    /// Folds of vector strains: `Σ_p w_p (d_p − d_0 − ‖p‖)`, with the distances that the kernels `vector_differences` and `bands` make.
+    /// Folds of vector strains: `Σ_p w_p (d_p − d_0 − ‖p‖)`, with the distances that the kernels
+    /// `vector_differences` and `bands` make.
     fn shares_of_vectors(&self, vertex: usize, handles: &[[f32; 3]]) -> (f64, Vec<ExampleShare>) {
         let features = self.handles().features();
         let bounds = self.feature_bounds();
@@ -130,14 +135,14 @@ impl Rig {
         (from_rest, examples.map(share).collect())
     }
 
-    /// Folds of strain lengths: the same, or by the chapter's method `Σ_j w_j d_j`.
+    /// Folds of strain lengths: the same sum or, with the chapter's method, `Σ_j w_j d_j`.
     fn shares_of_lengths(&self, vertex: usize, strains: &[f32]) -> (f64, Vec<ExampleShare>) {
         let apart = |a: &[f32], b: &[f32]| {
             let square = |(e, alpha): (StrainEdgeId, f32)| {
                 let e = e.index();
                 f64::from(alpha) * (f64::from(a[e]) - f64::from(b[e])).powi(2)
             };
-            self.influences().of(vertex).map(square).sum::<f64>().sqrt()
+            self.influences().at(vertex).map(square).sum::<f64>().sqrt()
         };
         let mut centers = self.fine_scale().pose_features.rows();
         let rest = centers.next().unwrap_or_default();

@@ -1,4 +1,4 @@
-//! The face: what the solve makes a rig of.
+//! The face: the data from which the solve makes a rig.
 use crate::{HandleId, Mesh, UpAxis, VertexId};
 
 /// The vertices that markers hold: H labels and vertex indices of the neutral mesh.
@@ -24,8 +24,8 @@ pub struct Example {
 /// Which pairs of handles carry a strain edge.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum StrainEdges {
-    /// The pairs whose geodesic Voronoi cells on the rest mesh touch; by the learned method but those that are much farther along the skin
-    /// than most, as around the back of a head.
+    /// The pairs whose geodesic Voronoi cells on the rest mesh touch. The learned method leaves out pairs
+    /// that are much farther apart along the skin than most, as around the back of a head.
     #[default]
     Auto,
     /// These pairs.
@@ -35,8 +35,9 @@ pub enum StrainEdges {
 /// What happens to a connected component that has no handle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bind {
-    /// By the learned method, what the examples show: one that is rigid in all of them moves as a solid, another follows the
-    /// closest point of the driven surface. By the chapter's, it does not move.
+    /// With the learned method, the examples decide. A component that is rigid in all of them moves as a
+    /// rigid part. Any other component follows the closest points of the driven surface. With the chapter's
+    /// method, components without a handle do not move.
     #[default]
     Auto,
     /// It does not move.
@@ -45,12 +46,14 @@ pub enum Bind {
     Nearest,
 }
 
-/// The vertices that stay where they are, as handles that never move and that no take knows.
+/// The vertices that stay where they are. They are handles that never move and that a take does not have.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Pins {
-    /// Whether what no example moves is pinned, where markers that it would follow are moved by some; `None`: by the learned method.
+    /// Whether to pin vertices that no example moves, where they would follow markers that some examples
+    /// move. `None` means yes for the learned method, and no for the chapter's.
     pub auto: Option<bool>,
-    /// Vertices that are pinned in any case; examples are taken to be at rest there. A handle among them stays a handle.
+    /// Vertices that are pinned in any case. Examples are assumed to be at rest there. A handle among them
+    /// stays a handle.
     pub vertices: Vec<VertexId>,
 }
 
@@ -58,21 +61,22 @@ pub struct Pins {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum FoldStrains {
-    /// Vector strains, as the linear band's: they tell more expressions apart, and one table serves both. Folds are along the mesh's
-    /// axes.
+    /// Vector strains, as in the linear band. They tell more expressions apart, and one table serves both
+    /// bands. Folds are along the mesh's axes.
     #[default]
     Vectors,
-    /// The lengths of the strain edges, as in the chapter, and along its tangent frames.
+    /// The lengths of the strain edges, as in the chapter. Folds are in the chapter's tangent frames.
     Lengths,
 }
 
-/// How a rig is made of the examples.
+/// How a rig is made from the examples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
-    /// What the shell leaves of the examples is learned in two bands: its smooth part as a linear function of what the handles
-    /// nearby do relative to each other, its folds from how far that is from each example.
+    /// The residual between the shell and the examples is learned in two bands. The linear band is a linear
+    /// function of how nearby handles move relative to each other. The folds are a function of how far that
+    /// motion is from each example.
     Learned(LearnedSettings),
-    /// GPU Computing Gems Emerald, ch. 27: all that the shell leaves, from the strains.
+    /// GPU Computing Gems Emerald, ch. 27: the whole residual is a function of the strains.
     Chapter,
 }
 
@@ -82,20 +86,21 @@ impl Default for Method {
     }
 }
 
-/// What a user may say of the learned method; `docs/method.md` has the equations.
+/// The settings of the learned method. `docs/method.md` has the equations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LearnedSettings {
-    /// s in 0..1, the part of the linear band in which the three axes do as they like; `None` takes what predicts left-out
-    /// examples best.
+    /// s in 0..1: how independent the three axes of the linear band are. 0 lets x, y and z move together; 1
+    /// lets each be learned by itself. `None` takes the value that predicts left-out examples best.
     pub share: Option<f64>,
-    /// λ, above 0: how little the examples are believed, as a part of what they say; `None` as for `share`.
+    /// λ, above 0: the ridge of the linear band, relative to the size of the examples' data. A larger λ
+    /// follows the examples less. `None` as for `share`.
     pub ridge: Option<f64>,
-    /// μ, above 0: the same of the folds.
+    /// μ, above 0: the ridge of the folds.
     pub fold_ridge: f64,
     /// The standard deviation of a marker's noise per axis, 0 or more, in millimetres.
     pub marker_noise: f64,
-    /// How far the linear band follows a vector strain, 1 or more: so many times what the examples show of it, each component for
-    /// itself and to each side. Infinite: however far it goes.
+    /// How far the linear band follows a vector strain, 1 or more: a multiple of the largest value in the
+    /// examples. Each component has its own bound on each side. Infinite: no bound.
     pub reach: f64,
     /// The strains that folds are functions of.
     pub fold_strains: FoldStrains,
@@ -120,16 +125,18 @@ pub struct Settings {
     /// ℓ = √(k_b/k_s) in mesh units; `None` derives it from the handles' spacing
     /// (see `default_bending_length` of `rhytid-solve`).
     pub bending_length: Option<f64>,
-    /// Whether the large scale turns with the handles: bends keep lengths and areas that a shell without does not.
+    /// Whether the large scale turns with the handles. With it, bends keep lengths and areas; without it,
+    /// they do not.
     pub rotations: bool,
-    /// How the examples are learned from.
+    /// How a rig is made from the examples.
     pub method: Method,
     /// Components without a handle.
     pub bind: Bind,
-    /// Whether examples that are not in the neutral's place are put there, at what does not move: what is pinned by name or, where
-    /// nothing is, what the data show.
+    /// Whether to align examples that are not in the neutral's place with it. They are aligned at vertices
+    /// that do not move: those that are pinned by name. Where none are, the data show which vertices do not
+    /// move.
     pub align: bool,
-    /// What stays.
+    /// The vertices that stay where they are.
     pub pins: Pins,
     /// The strain edges.
     pub strain_edges: StrainEdges,
@@ -152,10 +159,10 @@ impl Default for Settings {
     }
 }
 
-/// Everything the solve needs to know of one face.
+/// Everything that the solve needs to know about one face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Face {
-    /// Names the rig and what is exported from it.
+    /// The name of the rig and of its exports.
     pub name: String,
     /// The neutral scan.
     pub neutral: Mesh,
@@ -165,7 +172,7 @@ pub struct Face {
     pub up_axis: UpAxis,
     /// The handles.
     pub handles: Handles,
-    /// P expression scans; none gives a rig with the large scale only.
+    /// P expression scans. Without any, the rig has the large scale only.
     pub examples: Vec<Example>,
     /// The choices.
     pub settings: Settings,

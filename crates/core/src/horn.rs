@@ -1,18 +1,20 @@
-//! The rotation nearest to a correlation of points, by Horn's quaternion (B. K. P. Horn, *Closed-form solution of absolute
-//! orientation using unit quaternions*, 1987). A reflection cannot come out.
+//! The rotation nearest to a correlation of points, by Horn's quaternion (B. K. P. Horn, *Closed-form
+//! solution of absolute orientation using unit quaternions*, 1987). The result is never a reflection.
 
-/// What Horn's symmetric 4×4 matrix says of a correlation.
+/// The result of Horn's symmetric 4×4 matrix for a correlation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Horn {
     /// The best rotation as a unit quaternion: w, x, y, z.
     pub quaternion: [f64; 4],
     /// tr(Rᵀ M) of the best rotation R: the largest eigenvalue.
     pub largest: f64,
-    /// The second largest eigenvalue. Where it is equal to the largest, the best rotation is not unique: the points lie on a line.
+    /// The second largest eigenvalue. Where it is equal to the largest, the best rotation is not unique: the
+    /// points lie on a line.
     pub second: f64,
 }
 
-/// The rotation R with the largest tr(Rᵀ M), where M = Σ b aᵀ for points a that R takes to b, both about their centroids.
+/// The rotation R with the largest tr(Rᵀ M), where M = Σ b aᵀ for points a that R takes to b, both about
+/// their centroids.
 pub fn horn(m: &[[f64; 3]; 3]) -> Horn {
     let [[xx, xy, xz], [yx, yy, yz], [zx, zy, zz]] = *m;
     let mut matrix = [
@@ -33,7 +35,7 @@ pub fn horn(m: &[[f64; 3]; 3]) -> Horn {
     }
 }
 
-/// R − I of the rotation R of [`horn`]. Of what is symmetric and has no negative eigenvalue it is 0, exactly.
+/// R − I of the rotation R of [`horn`]. It is exactly 0 for a symmetric matrix without negative eigenvalues.
 pub fn nearest_turn(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     let [w, x, y, z] = horn(m).quaternion;
     [
@@ -43,8 +45,8 @@ pub fn nearest_turn(m: &[[f64; 3]; 3]) -> [[f64; 3]; 3] {
     ]
 }
 
-/// Makes a symmetric matrix diagonal and gives its eigenvectors: row i is the one of `a[i][i]`. By Jacobi's rotations, which converge
-/// quadratically.
+/// Makes a symmetric matrix diagonal and gives its eigenvectors: row i is the one of `a[i][i]`. By Jacobi's
+/// rotations, which converge quadratically.
 fn diagonalize(a: &mut [[f64; 4]; 4]) -> [[f64; 4]; 4] {
     const SWEEPS: usize = 12;
     let mut vectors = [[0.0; 4]; 4];

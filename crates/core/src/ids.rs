@@ -13,20 +13,20 @@ macro_rules! id {
         pub struct $name(pub u32);
 
         impl $name {
-            /// Where it stands, counted from 0.
+            /// Its index, counted from 0.
             pub const fn index(self) -> usize {
                 self.0 as usize
             }
 
-            /// Their numbers, as kernels and files have them.
+            /// The numbers of these, as in kernels and files.
             pub fn numbers(ids: &[Self]) -> &[u32] {
                 bytemuck::cast_slice(ids)
             }
 
-            /// What stands at `index`, which is below 2³².
+            /// The one at `index`, which is below 2³².
             ///
             /// # Panics
-            /// If it is not: no mesh and no rig has as many, as their readers make sure of.
+            /// If `index` is 2³² or more. Readers make sure that no mesh and no rig has as many.
             pub const fn from_index(index: usize) -> Self {
                 assert!(index as u64 <= u32::MAX as u64, "an index is below 2³²");
                 Self(index as u32)

@@ -1,4 +1,4 @@
-//! Files that are read whole: none that never ends, none that cannot fit, none that changes meanwhile.
+//! Files that are read whole. A file is refused if it never ends, does not fit, or changes while it is read.
 
 use crate::{Error, Result, human};
 use std::fs::{File, Metadata};
@@ -8,7 +8,7 @@ use std::path::Path;
 /// Bytes of the largest table, project, setup or report that is read.
 pub const LARGEST_TEXT: u64 = 1 << 28;
 
-/// Bytes of the largest mesh or take that is read: 4,000,000 vertices in OBJ are a sixteenth of it.
+/// Bytes of the largest mesh or take that is read: an OBJ of 4,000,000 vertices has a sixteenth of this.
 pub const LARGEST_MESH_OR_TAKE: u64 = 1 << 33;
 
 /// Bytes of the largest rig, or array of frames, that is read.
@@ -17,12 +17,13 @@ pub const LARGEST_RIG: u64 = 1 << 36;
 /// Reads a file, or a pipe to its end.
 ///
 /// # Errors
-/// [`Error::Input`] if `path` is a folder or a device, there is more than `limit` bytes (of a file nothing is read then), or
-/// the file becomes shorter or longer while it is read; [`Error::Io`].
+/// [`Error::Input`] if `path` is a folder or a device, or has more than `limit` bytes. A file that is too
+/// large is not read at all. [`Error::Input`] also if the file becomes shorter or longer while it is read.
+/// [`Error::Io`].
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let shown = path.display();
     let wrong = |what: &str| Err(Error::bad_path(format!("{shown}: {what}")));
-    // Before it is opened, which for some devices does something.
+    // This comes before the file is opened, since opening has an effect on some devices.
     let found = std::fs::metadata(path).map_err(Error::io(path))?;
     if found.is_dir() {
         return wrong("is a folder, expected a file; check the path");
@@ -85,7 +86,7 @@ mod tests {
         let said = |path: &Path, limit| read(path, limit).unwrap_err().to_string();
         assert!(said(&path, 7).contains("has 8 bytes, expected at most 7 bytes"), "{}", said(&path, 7));
         assert!(said(folder.path(), 7).contains("is a folder, expected a file"));
-        // Larger than any disk, and nothing of it is read.
+        // The file is larger than any disk. Nothing of it is read.
         File::options().write(true).open(&path).unwrap().set_len(1 << 42).unwrap();
         assert!(said(&path, LARGEST_RIG).contains("expected at most"), "{}", said(&path, LARGEST_RIG));
         #[cfg(unix)]

@@ -1,4 +1,4 @@
-//! What a rig of the learned method has beyond one of the chapter's.
+//! What a rig of the learned method has in addition to a rig of the chapter's method.
 use crate::rig::number;
 use crate::rig_check::finite;
 use crate::{FoldStrains, HandleId, Result, Rig, Table};
@@ -6,21 +6,25 @@ use rayon::prelude::*;
 use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_kernels::{Real, vec3};
 
-/// What was learned of the examples and is no row of the basis: the linear band (`docs/method.md`, the learned method).
+/// What was learned from the examples and is not in the basis: the linear band (`docs/method.md`, the learned
+/// method).
 ///
-/// *Features* are the strain edges, counted from 0, and after them the handles as anchors, F + H in all. A vertex listens to its K
-/// strain edges, with 0.9 α, and to A anchors. Lengths are in mesh units.
+/// *Features* are the strain edges, counted from 0, and after them the handles as anchors, F + H in all. A
+/// vertex is influenced by its K strain edges, with weights 0.9 α, and by A anchors. Lengths are in mesh
+/// units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Learned<T: Real = f32> {
-    /// s in 0..1: the part of the linear band in which the three axes do as they like.
+    /// s in 0..1: how independent the three axes of the linear band are. 0 lets them move together; 1 lets
+    /// each be learned by itself.
     pub share: f64,
-    /// λ, above 0: how little the examples are believed.
+    /// λ, above 0: the ridge of the linear band.
     pub ridge: f64,
-    /// μ, above 0: the same of the folds.
+    /// μ, above 0: the ridge of the folds.
     pub fold_ridge: f64,
     /// σ_m: the standard deviation of a marker's noise per axis, in mesh units.
     pub marker_noise: f64,
-    /// How many times as far as in any example a vector strain's components are followed, 1 or more; infinite where there is no bound.
+    /// How far the components of a vector strain are followed, 1 or more: a multiple of the largest value in
+    /// the examples. Infinite where there is no bound.
     pub reach: f64,
     /// The strains that the folds are functions of.
     pub fold_strains: FoldStrains,
@@ -28,12 +32,12 @@ pub struct Learned<T: Real = f32> {
     pub anchors: Table<HandleId>,
     /// ν, V×A in 0..1: their sum is 0.1, or 1 where a vertex reaches no strain edge.
     pub anchor_weights: Table<T>,
-    /// g, V×(K + A), of a vertex's strain edges before its anchors: [`Rig::basis`] has ΔB = Σ_e g_ve D_e in it, D_e being linear
-    /// in the displacements.
+    /// g, V×(K + A): the strain edges of a vertex come before its anchors. [`Rig::basis`] has ΔB = Σ_e g_ve
+    /// D_e in it, where D_e is linear in the displacements.
     pub feature_gains: Table<T>,
-    /// c, V×P in mesh units; without columns where s is 0.
+    /// c, V×P in mesh units. The table has no columns where s is 0.
     pub example_weights: Table<[T; 3]>,
-    /// s_v² = Ŵᵀz/3P, V in mesh units squared: how much the examples move a vertex beyond what the shell does.
+    /// s_v² = Ŵᵀz/3P, V in mesh units squared: how much the examples move a vertex in addition to the shell.
     pub variances: Vec<T>,
 }
 
@@ -43,12 +47,12 @@ impl<T: Real> Learned<T> {
         self.anchors.columns()
     }
 
-    /// What vertex `v` listens to by themselves: handles and ν.
+    /// The anchors of vertex `v`: handles and ν.
     pub fn anchors_of(&self, v: usize) -> impl Iterator<Item = (HandleId, T)> + Clone {
         self.anchors.row(v).iter().copied().zip(self.anchor_weights.row(v).iter().copied())
     }
 
-    /// The same in another precision; to `f32` it rounds to nearest.
+    /// The same in another precision. Numbers are rounded to the nearest `f32`.
     pub(crate) fn cast<U: Real>(&self) -> Learned<U> {
         Learned {
             share: self.share,
@@ -67,42 +71,45 @@ impl<T: Real> Learned<T> {
 }
 
 impl<T: Real> Rig<T> {
-    /// What vertex `v` of a rig of the learned method listens to, features and their weights ω: K strain edges, then A anchors.
+    /// The influences of vertex `v` in a rig of the learned method: features and their weights ω. K strain
+    /// edges come first, then A anchors.
     pub fn listens_to(&self, v: usize) -> impl Iterator<Item = (usize, f64)> {
         let edges = self.handles().strain_edges.len();
-        let of_edges = self.influences().of(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha.widen()));
+        let of_edges = self.influences().at(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha.widen()));
         let of_anchors = self.learned().into_iter().flat_map(move |learned| {
             learned.anchors_of(v).map(move |(h, nu)| (edges + h.index(), nu.widen()))
         });
         of_edges.chain(of_anchors)
     }
 
-    /// `D_pe`, P×(F + H), a ratio: the vector strains of the examples, those of strain edges before those of anchors.
+    /// `D_pe`, P×(F + H), a ratio: the vector strains of the examples, those of strain edges before those of
+    /// anchors.
     pub fn example_vectors(&self) -> Table<[T; 3]> {
         self.exact_example_vectors().map(|d| d.map(T::round_from))
     }
 
-    /// The same in f64, whatever the rig's precision.
+    /// The same in f64, for a rig of any precision.
     fn exact_example_vectors(&self) -> Table<[f64; 3]> {
         let vectors =
             self.examples().handles.rows().flat_map(|example| self.handles().vector_strains(example));
         Table::new(self.examples().len(), self.handles().features(), vectors.collect())
     }
 
-    /// Whether the folds are functions of vector strains, and along the mesh's axes: where not, they are of strain lengths and in
-    /// tangent frames.
+    /// Whether the folds are functions of vector strains, along the mesh's axes. Otherwise they are functions
+    /// of strain lengths, in tangent frames.
     pub fn vector_folds(&self) -> bool {
         let of_vectors = |learned: &Learned<T>| learned.fold_strains == FoldStrains::Vectors;
         !self.examples().is_empty() && self.learned().is_some_and(of_vectors)
     }
 
-    /// What was learned beyond the basis, if the rig has any: a linear band, or folds of vector strains.
+    /// What was learned in addition to the basis, if anything: a linear band, or folds of vector strains.
     pub fn bands(&self) -> Option<&Learned<T>> {
         let has_bands = |learned: &&Learned<T>| !learned.example_weights.is_empty() || self.vector_folds();
         self.learned().filter(has_bands)
     }
 
-    /// c / 2 as devices keep it, V×P in mesh units: all 0 where s is 0, and without columns where the rig has no [`Rig::bands`].
+    /// c / 2 as devices keep it, V×P in mesh units. All numbers are 0 where s is 0. The table has no columns
+    /// where the rig has no [`Rig::bands`].
     pub fn half_example_weights(&self) -> Table<[T; 3]> {
         let Some(learned) = self.bands() else { return Table::without_columns(self.vertices()) };
         if learned.example_weights.is_empty() {
@@ -111,9 +118,9 @@ impl<T: Real> Rig<T> {
         learned.example_weights.map(|c| c.map(|c| T::round_from(0.5 * c.widen())))
     }
 
-    /// a, b and w as devices keep them, V×[`fold_weights`](rhytid_kernels::bands::fold_weights) in mesh units, where `half` is c / 2
-    /// as it is stored: in fp16, a is of what has been rounded, so that the rest pose is exact all the same. Without columns where the
-    /// rig has no [`Rig::bands`].
+    /// a, b and w as devices keep them, V×[`fold_weights`](rhytid_kernels::bands::fold_weights) in mesh
+    /// units. `half` is c / 2 as it is stored. In fp16, a is computed from the rounded `half`, so the rest
+    /// pose stays exact. The table has no columns where the rig has no [`Rig::bands`].
     pub fn fold_weights(&self, half: &Table<[T; 3]>) -> Table<[T; 3]> {
         if self.bands().is_none() {
             return Table::without_columns(self.vertices());
@@ -138,12 +145,13 @@ impl<T: Real> Rig<T> {
         Table::new(self.vertices(), 1 + self.centers(), rows.collect())
     }
 
-    /// How far the vector strains are followed, 2×(F + H), a ratio, the least before the most: the examples' own, and 0, times the
-    /// rig's reach, each component for itself. What is beyond is taken for the bound.
+    /// The bounds within which vector strains are followed, 2×(F + H) ratios: the lower bounds, then the
+    /// upper ones. Each component has its own bounds: the smallest and the largest number of the examples and
+    /// 0, times the rig's reach. A number beyond its bound is replaced by the bound.
     pub fn feature_bounds(&self) -> Table<[T; 3]> {
         let features = self.handles().features();
         let reach = self.learned().map_or(f64::INFINITY, |learned| learned.reach);
-        // The largest number of a shader stands for no bound.
+        // Shaders have no infinity: their largest number means that there is no bound.
         let farthest = f64::from(f32::MAX);
         let mut bounds = [vec![[0.0_f64; 3]; features], vec![[0.0_f64; 3]; features]];
         let [least, most] = &mut bounds;
@@ -161,12 +169,13 @@ impl<T: Real> Rig<T> {
         Table::new(2, features, bounds.concat()).map(|x| x.map(T::round_from))
     }
 
-    /// What the large scale adds to each of the V vertices when `handle` moves along `axis` (0 to 2) and no other does, by mesh
-    /// unit: it is linear as far as the rig's reach goes, so that there these columns together are all of it, but for how handles turn.
+    /// What the large scale adds to each of the V vertices when `handle` moves by one mesh unit along `axis`
+    /// (0 to 2) and no other handle moves. Within the rig's reach the large scale is linear. There it is the
+    /// sum of these columns, apart from the turns of the handles.
     pub fn large_scale_column(&self, handle: HandleId, axis: usize) -> Vec<[T; 3]> {
         let strain_edges = &self.handles().strain_edges;
         let learned = self.learned().filter(|learned| !learned.example_weights.is_empty());
-        // T of the features that this handle is a part of.
+        // T of the features that contain this handle.
         let vectors = self.example_vectors();
         let lengths = self.handles().feature_lengths();
         let product = |p: usize, e: usize| {
@@ -186,7 +195,7 @@ impl<T: Real> Rig<T> {
                 if let Some(learned) = learned {
                     for (p, c) in learned.example_weights.row(v).iter().enumerate() {
                         let of_edges =
-                            self.influences().of(v).map(|(e, alpha)| alpha.widen() * product(p, e.index()));
+                            self.influences().at(v).map(|(e, alpha)| alpha.widen() * product(p, e.index()));
                         let of_anchors = learned
                             .anchors_of(v)
                             .map(|(h, nu)| nu.widen() * product(p, strain_edges.len() + h.index()));
@@ -199,8 +208,9 @@ impl<T: Real> Rig<T> {
             .collect()
     }
 
-    /// Multiplies the folds of each vertex, what the full result has more than the large scale, by `factor`, a ratio: they are linear
-    /// in their weights. By 0 none are left; by 1 every bit stays. Frames cost what they cost without.
+    /// Multiplies the folds of each vertex by `factor`, a ratio. Folds are the difference between the full
+    /// result and the large scale; they are linear in their weights. With 0 no folds are left; with 1 every
+    /// bit stays. The cost of a frame does not change.
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if a weight becomes too large for the rig's precision.
@@ -220,11 +230,12 @@ impl<T: Real> Rig<T> {
         Ok(Self::of_sound(parts))
     }
 
-    /// The rig with the shell alone, as it was before any example was seen: ΔB is taken out of the basis, nothing is added to it,
-    /// and there are no folds.
+    /// The rig with the shell alone. ΔB is taken out of the basis, and the rig has no linear band and no
+    /// folds.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) if a number of the basis becomes too large for the rig's precision.
+    /// [`Error::Input`](crate::Error::Input) if a number of the basis becomes too large for the rig's
+    /// precision.
     pub fn shell(self) -> Result<Self> {
         let mut parts = self.into_parts();
         parts.fine_scale.rbf_weights.as_mut_slice().fill([T::ZERO; 3]);

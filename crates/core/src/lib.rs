@@ -1,8 +1,8 @@
-//! The heart of Rhytid, all that plays a rig needs: the data ([`Rig`], its file in [`rig_file`], [`Take`]), and the traits by
-//! which any device evaluates a rig ([`Backend`], [`Session`], [`Animator`]); and [`Face`], the data that `rhytid-solve` makes
-//! a rig of.
+//! The heart of Rhytid: everything that is needed to play a rig. It has the data: [`Rig`], its file in
+//! [`rig_file`], and [`Take`]. It has the traits by which any device evaluates a rig: [`Backend`],
+//! [`Session`] and [`Animator`]. And it has [`Face`], the data from which `rhytid-solve` makes a rig.
 //!
-//! No unsafe code, no GPU, no solver, and no file format but the rig's own.
+//! It has no unsafe code, no GPU code, no solver, and no file format except the rig's own.
 //!
 //! ```
 //! use rhytid_core::Take;

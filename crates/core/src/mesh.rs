@@ -41,8 +41,8 @@ impl Faces {
         self.counts.is_empty()
     }
 
-    /// What is wrong with these as polygons over `vertices` vertices, as a phrase without its subject; `None` if
-    /// nothing is. Faces are numbered from 1, as modelling programs do.
+    /// What is wrong with these as polygons over `vertices` vertices, as a phrase without its subject. `None`
+    /// if nothing is wrong. Faces are numbered from 1, as in modelling programs.
     pub fn fault(&self, vertices: usize) -> Option<String> {
         if let Some(f) = self.counts.iter().position(|&n| n < 3) {
             let n = self.counts[f];
@@ -89,8 +89,8 @@ impl Faces {
         self.counts.iter().map(|&n| n as usize - 2).sum()
     }
 
-    /// For triangles made by `rhytid_geometry::triangulate`, the corner (index into [`Faces::indices`]) at which each of
-    /// their vertices stands. `None` if `triangles` were not made from these polygons.
+    /// For triangles made by `rhytid_geometry::triangulate`, the corner (index into [`Faces::indices`]) of
+    /// each of their vertices. `None` if `triangles` were not made from these polygons.
     pub fn triangle_corners(&self, triangles: &[[u32; 3]]) -> Option<Vec<[u32; 3]>> {
         if triangles.len() != self.triangle_count() {
             return None;
@@ -100,7 +100,7 @@ impl Faces {
         let mut corner_of: HashMap<u32, u32> = HashMap::new();
         let mut first = 0;
         for face in self.iter() {
-            // Most faces are small enough to look through; a polygon of thousands of corners is not.
+            // Most faces are small enough for a linear search. A polygon of thousands of corners is not.
             corner_of.clear();
             if face.len() > 32 {
                 corner_of.extend(face.iter().copied().zip(0..));
@@ -132,8 +132,8 @@ pub struct Uvs {
 }
 
 impl Uvs {
-    /// What is wrong with these as texture coordinates of `faces` over `vertices` vertices, as a phrase without
-    /// its subject; `None` if nothing is. Faces are numbered from 1.
+    /// What is wrong with these as texture coordinates of `faces` over `vertices` vertices, as a phrase
+    /// without its subject; `None` if nothing is. Faces are numbered from 1.
     pub fn fault(&self, vertices: usize, faces: &Faces) -> Option<String> {
         let (values, corners) = (self.values.len(), faces.indices.len());
         if let Some(i) = self.values.iter().position(|uv| uv.iter().any(|c| !c.is_finite())) {
@@ -161,7 +161,7 @@ impl Uvs {
     }
 }
 
-/// Which face has which material, where the input names materials.
+/// The material of each face, where the input names materials.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Materials {
     /// Distinct names, each of at least one face.
@@ -174,8 +174,8 @@ impl Materials {
     /// A face without a material.
     pub const NONE: u32 = u32::MAX;
 
-    /// What is wrong with these as materials of `faces`, as a phrase without its subject; `None` if nothing is. Faces
-    /// are numbered from 1.
+    /// What is wrong with these as materials of `faces`, as a phrase without its subject; `None` if nothing
+    /// is. Faces are numbered from 1.
     pub fn fault(&self, faces: &Faces) -> Option<String> {
         if self.of_face.len() != faces.len() {
             return Some(format!("has materials for {} faces, expected {}", self.of_face.len(), faces.len()));

@@ -1,9 +1,9 @@
-//! The choices of what becomes of missing markers.
+//! What to do with missing markers.
 
 use serde::{Deserialize, Serialize};
 use std::fmt;
 
-/// What to do where a marker is missing from a frame: where one of its cells is empty, NaN or infinite.
+/// What to do where a marker is missing from a frame: one of its cells is empty, NaN or infinite.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Missing {
@@ -12,8 +12,9 @@ pub enum Missing {
     Error,
     /// Keep the marker where it was last seen (before its first sighting: where it is first seen).
     Hold,
-    /// Leave it at [`crate::RawTake::MISSING`], for a clean-up; the head is held. So may a marker be that no frame has.
-    // No animation is made so: a file that says it is of a program that knows better.
+    /// Leave it at [`crate::RawTake::MISSING`], for a clean-up; the head is held. A marker may also be
+    /// missing from all frames.
+    // No animation is made with this choice, so files do not have it.
     #[serde(skip_deserializing)]
     Leave,
 }

@@ -1,5 +1,6 @@
-//! Files that other files name: a project's meshes, a `.gltf`'s buffers, the parts of a USD file, a setup's table of markers.
-//! What comes from elsewhere must not read what is nobody's business, and give it back in a rig.
+//! Files that other files name: a project's meshes, a `.gltf`'s buffers, the parts of a USD file, a setup's
+//! table of markers. A file from another person must not make Rhytid read private files and copy them into a
+//! rig.
 
 use crate::Error;
 use crate::InputErrorKind;
@@ -7,20 +8,21 @@ use crate::Remedy;
 use crate::Result;
 use std::path::{Component, Path, PathBuf};
 
-/// Where the files may be that a file names.
+/// Where the files that a file names may be.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Reach {
-    /// In the folder of the file that names them, or below: named by relative paths, and links lead nowhere else.
+    /// In the folder of the file that names them, or below. Paths are relative, and links lead nowhere else.
     #[default]
     Below,
-    /// Anywhere: for a file whose author is trusted.
+    /// Anywhere. This is for a file whose author is trusted.
     Anywhere,
 }
 
-/// The path of `file`, which `namer` names as its `what`; that there is such a file is left to whoever reads it.
+/// The path of `file`, which `namer` names as its `what`. Whether the file exists is not checked here;
+/// reading it will tell.
 ///
 /// # Errors
-/// [`Error::Input`] if it is out of reach, or no regular file.
+/// [`Error::Input`] if the file is out of reach, or exists and is no regular file.
 pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
     let folder = folder_of(namer);
     let path = namer.parent().unwrap_or(Path::new("")).join(file);
@@ -43,7 +45,8 @@ pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result
     }
 }
 
-/// Whether `file` as seen from `folder` is in it or below it, by its name and by where links lead.
+/// Whether `file`, seen from `folder`, is in that folder or below it. Its name and the targets of links
+/// count.
 pub fn is_below(folder: &Path, file: &Path) -> bool {
     let mut depth = 0_usize;
     for component in file.components() {
@@ -54,7 +57,7 @@ pub fn is_below(folder: &Path, file: &Path) -> bool {
             Component::ParentDir | Component::RootDir | Component::Prefix(_) => return false,
         }
     }
-    // What is not there leads nowhere.
+    // A file that does not exist leads nowhere.
     match (folder.canonicalize(), folder.join(file).canonicalize()) {
         (Ok(folder), Ok(file)) => file.starts_with(folder),
         _ => true,

@@ -2,7 +2,7 @@
 use rayon::prelude::*;
 use rhytid_kernels::Real;
 
-/// The dot product of two lists, summed from left to right. What the longer one has more does not count.
+/// The dot product of two lists, summed from left to right. The longer list's further numbers do not count.
 pub fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
@@ -17,15 +17,15 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// ```
 pub fn first_not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
     const BLOCK: usize = 4096;
-    // Without an end in its middle, a block is checked many numbers at a time.
+    // The check of a block does not stop early, so the compiler can check many numbers at a time.
     let is_finite = |block: &[T]| block.iter().fold(true, |finite, x| finite & x.widen().is_finite());
     let block = numbers.par_chunks(BLOCK).with_min_len(16).position_first(|block| !is_finite(block))?;
     let first = block * BLOCK;
     numbers[first..].iter().position(|x| !x.widen().is_finite()).map(|i| first + i)
 }
 
-/// The median of numbers, which are put in another order: the mean of the two in the middle where their number is even, NaN
-/// where there is none.
+/// The median of numbers, whose order is changed. It is the mean of the two in the middle if their number is
+/// even, and NaN if there are none.
 ///
 /// ```
 /// use rhytid_core::numbers::median;

@@ -1,4 +1,4 @@
-//! Outputs that would land on what they are made from.
+//! Outputs that would overwrite their inputs.
 
 use crate::Error;
 use crate::InputErrorKind;
@@ -7,8 +7,8 @@ use crate::folder_of;
 use same_file::is_same_file;
 use std::path::{Path, PathBuf};
 
-/// Refuses outputs of which one is a file that is read, or another output, whatever names, links and `..` they go by: to be
-/// called before the work.
+/// Refuses outputs that would overwrite a file that is read, or another output. Names, links and `..` do not
+/// hide that two files are one. Call this before the work.
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -37,14 +37,14 @@ pub fn refuse_inputs<'a>(
     Ok(())
 }
 
-/// Whether two names are of one file. What is not there yet is none; to open a pipe, as the comparison does, would wait for its
-/// other end.
+/// Whether two names are of one file. A name without a file is of none. Pipes are left out, since the
+/// comparison opens its files, and opening a pipe waits for the other end.
 fn are_one(a: &Path, b: &Path) -> bool {
     let is_file = |path: &Path| std::fs::metadata(path).is_ok_and(|found| found.is_file());
     is_file(a) && is_file(b) && is_same_file(a, b).unwrap_or(false)
 }
 
-/// Whether two outputs are one, which need not be there yet.
+/// Whether two outputs are one file. They need not exist yet.
 fn is_one(a: &Path, b: &Path) -> bool {
     let place = |path: &Path| -> Option<PathBuf> {
         Some(folder_of(path).canonicalize().ok()?.join(path.file_name()?))

@@ -1,5 +1,5 @@
-//! The plan of what every GPU backend does with a rig: which buffers it makes, what is in them, and which kernels it runs on them.
-//! A backend adds how its API makes a buffer and runs a kernel, and nothing else.
+//! The plan of what every GPU backend does with a rig: the buffers, their contents, and the kernels that run
+//! on them. A backend adds only how its API makes a buffer and runs a kernel.
 mod contents;
 mod extent;
 
@@ -20,7 +20,7 @@ const SMALLEST_BUFFER: u64 = 16;
 /// The bytes of a row: a number for each vertex of a tile.
 const ROW_BYTES: usize = TILE * 4;
 
-/// Kernels count in 32 bits, so no array is larger than this whatever the device could do.
+/// Kernels count in 32 bits. So no array is larger than this, even if the device allows it.
 const LARGEST_BINDING: u64 = 1 << 31;
 
 /// What a device can do at once.
@@ -34,22 +34,23 @@ pub struct PlanLimits {
 
 /// The buffers and dispatches that evaluate a rig.
 ///
-/// Arrays per vertex that are larger than a binding are split into *parts*, ranges of vertices; batches whose results are
-/// larger than a binding are split into *slices*, ranges of frames. Most rigs on most devices are one of each.
+/// If an array per vertex is larger than a binding, it is split into *parts*, ranges of vertices. If a
+/// batch's results are larger than a binding, the batch is split into *slices*, ranges of frames. Most rigs
+/// on most devices have one part and one slice.
 #[derive(Debug, Clone)]
 pub struct Plan {
     sizes: Sizes,
     fp16_basis: bool,
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
-    /// Where the handles turn; in a box, since few do.
+    /// `None` where the handles do not turn. It is in a box, since the handles of few rigs turn.
     rotations: Option<Box<Rotations>>,
-    /// The vertex that they turn about; 0 where they do not.
+    /// The vertex that they turn about. 0 where they do not turn.
     center: u32,
     parts: Vec<Range<usize>>,
-    /// Where the rows of each tile's fans begin, and where the last ones end.
+    /// The first row of each tile's fans, and the end of the last ones.
     fan_offsets: Vec<u32>,
-    /// Where the rows of each tile's influences begin, and its anchors', and where the last ones end.
+    /// The first row of each tile's influences and of its anchors, and the end of the last ones.
     influence_offsets: Vec<u32>,
     /// Whether the rig is of the learned method: its folds are zero at rest.
     zero_at_rest: bool,
@@ -64,10 +65,10 @@ struct Sizes {
     handles: usize,
     edges: usize,
     centers: usize,
-    /// Whether the rig has bands, and whether they have its folds.
+    /// Whether the rig has bands. `vector_folds` tells whether the bands include the folds.
     bands: bool,
     vector_folds: bool,
-    /// Vectors of each handle in a frame that the large scale reads.
+    /// How many vectors of each handle the large scale reads in a frame.
     vectors: usize,
 }
 
@@ -87,7 +88,7 @@ pub struct PlannedBuffer {
 pub enum Role {
     /// Filled once, from [`Plan::contents`].
     Constant {
-        /// The vertices it is about, where it is tiled; otherwise it is whole.
+        /// The vertices of a tiled buffer. `None` for a buffer that is whole.
         part: Option<Range<usize>>,
     },
     /// Filled for each batch, from [`Plan::inputs`].
@@ -95,7 +96,7 @@ pub enum Role {
         /// Which slice.
         slice: usize,
     },
-    /// Written by a kernel for another, and not for the host.
+    /// Written by a kernel for another kernel, not for the host.
     Scratch {
         /// Which slice.
         slice: usize,
@@ -123,7 +124,7 @@ pub struct Slice {
 pub struct Input<'a> {
     /// The index of the buffer.
     pub buffer: usize,
-    /// What it starts with from now on.
+    /// The new first numbers of the buffer.
     pub numbers: Cow<'a, [f32]>,
 }
 
@@ -132,10 +133,10 @@ pub struct Input<'a> {
 pub struct Dispatch {
     /// Which kernel.
     pub kernel: Kernel,
-    /// Frames of an invocation, the kernel's constant `FRAMES`: 1 where it has none.
+    /// Frames of an invocation: the kernel's constant `FRAMES`, or 1 for a kernel without it.
     pub frames_at_once: u32,
-    /// The stage that it computes, or a part of it. It needs the stages before it finished, and of its own stage the
-    /// dispatches of another kernel before it.
+    /// The stage that it computes, or a part of it. Before it, the earlier stages must be finished. In its
+    /// own stage, the earlier dispatches of other kernels must be finished.
     pub stage: Stage,
     /// The indices of its buffers, in the order of its bindings.
     pub buffers: Vec<usize>,
@@ -146,7 +147,7 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// Whether this needs `before`, the dispatch before it, finished.
+    /// Whether this dispatch can begin only when `before`, the dispatch before it, is finished.
     pub fn follows(&self, before: &Self) -> bool {
         (self.stage, self.kernel) != (before.stage, before.kernel)
     }
@@ -156,7 +157,7 @@ impl Plan {
     /// Plans `rig` for a device with these limits; `device` names it in errors.
     ///
     /// # Errors
-    /// [`Error::Device`], `Unsupported`, if even one tile or one frame is more than the device can be given at once.
+    /// [`Error::Device`], `Unsupported`, if one tile or one frame alone is larger than the device's limits.
     pub fn new(rig: &Rig, options: UploadOptions, limits: PlanLimits, device: &str) -> Result<Self> {
         let sizes = Sizes {
             vertices: rig.vertices(),
@@ -309,7 +310,7 @@ impl Plan {
         }
     }
 
-    /// The buffers to make; a buffer's index here is its name everywhere else.
+    /// The buffers to make. Everywhere else a buffer is named by its index in this list.
     pub fn buffers(&self) -> &[PlannedBuffer] {
         &self.buffers
     }
@@ -349,9 +350,10 @@ impl Plan {
         handles * (12 + 16 * (vectors + of_bands))
     }
 
-    /// What to run for a batch of `frames` frames, in this order; what is of a stage [on demand](Plan::is_on_demand), when that is
-    /// read. The dispatches of a smaller batch are the first ones of a larger one, but for their parameters, frames at once and
-    /// workgroups: kernels and buffers are the same.
+    /// What to run for a batch of `frames` frames, in this order. Dispatches of a stage [on
+    /// demand](Plan::is_on_demand) run when that stage is read. The dispatches of a smaller batch are the
+    /// first ones of a larger batch, with the same kernels and buffers. Only their parameters, frames at once
+    /// and workgroups differ.
     pub fn dispatches(&self, frames: usize) -> Vec<Dispatch> {
         let mut dispatches = Vec::new();
         for (slice, Slice { frames, .. }) in self.slices(frames).enumerate() {
@@ -365,7 +367,7 @@ impl Plan {
                     Each::Feature => std::slice::from_ref(&features),
                     Each::Vertex => &self.parts[..],
                 };
-                // What sums four frames sums the four vectors of one where the handles turn.
+                // Where the handles turn, the code that sums four frames sums the four vectors of one frame.
                 let turns = kernel == Kernel::LargeScale && self.sizes.vectors == MOTION;
                 let of_frame = if turns { MOTION as u32 } else { 1 };
                 let frames_at_once = if entry.batched && of_frame * frames > 1 { FRAMES_AT_ONCE } else { 1 };
@@ -391,8 +393,8 @@ impl Plan {
         dispatches
     }
 
-    /// Whether a batch leaves this stage out, and [`crate::Session::read`] runs its dispatches: nothing on the device reads normals
-    /// of the large scale where folds are along the mesh's axes.
+    /// Whether a batch leaves this stage out. [`crate::Session::read`] then runs its dispatches. This holds
+    /// for the normals of the large scale where folds are along the mesh's axes: no kernel reads them then.
     pub fn is_on_demand(&self, stage: Stage) -> bool {
         stage == Stage::LargeScaleNormals && self.sizes.vector_folds
     }
@@ -450,7 +452,7 @@ impl Plan {
         }
     }
 
-    /// The planned one of `buffer`; `part` and `slice` are heeded where there is one for each.
+    /// The index of the planned `buffer`. `part` and `slice` select among several.
     fn bound(&self, buffer: Buffer, part: &Range<usize>, slice: usize) -> usize {
         self.find(|planned| {
             planned.buffer == buffer
@@ -473,8 +475,9 @@ impl Plan {
         })
     }
 
-    /// The buffer that is bound in the place of `buffer`: the kernel `normals` runs on two pairs, where there are no bands the
-    /// large scale does not read what they add, and where the handles turn it reads more of them.
+    /// The buffer that is bound in the place of `buffer`. The kernel `normals` runs on two pairs of buffers.
+    /// Without bands, the kernel `large_scale` does not read their offsets, and another buffer is bound.
+    /// Where the handles turn, it reads motions in place of displacements.
     fn buffer_for(&self, stage: Stage, kernel: Kernel, buffer: Buffer) -> Buffer {
         match (stage, buffer) {
             (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
@@ -530,7 +533,7 @@ const STEPS: [(Stage, Kernel); 9] = [
     (Stage::Normals, Kernel::Normals),
 ];
 
-/// Cuts the vertices into parts of whole tiles, as long as they fit.
+/// Cuts the vertices into parts of whole tiles. Each part has as many tiles as fit.
 fn parts(vertices: usize, fits: impl Fn(&Range<usize>) -> bool) -> Vec<Range<usize>> {
     let mut parts: Vec<Range<usize>> = Vec::new();
     for first in (0..vertices).step_by(TILE) {
@@ -543,7 +546,7 @@ fn parts(vertices: usize, fits: impl Fn(&Range<usize>) -> bool) -> Vec<Range<usi
     parts
 }
 
-/// The rows of a part's tiles, given where each tile's begin, in as many lists as there are.
+/// The rows of a part's tiles. `offsets` has the first row of each tile for each of the `lists`.
 fn rows(offsets: &[u32], part: &Range<usize>, lists: usize) -> Range<usize> {
     let [first, end] =
         [part.start / TILE, part.end.div_ceil(TILE)].map(|tile| offsets[lists * tile] as usize);

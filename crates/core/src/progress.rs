@@ -1,4 +1,4 @@
-//! Progress of long work, and the wish to stop it.
+//! Progress of long work, and the request to stop it.
 use crate::{Error, Result, Warning};
 
 /// How long work reports to its caller, and how the caller stops it.
@@ -14,7 +14,8 @@ pub trait Progress: Sync {
         false
     }
 
-    /// What a person should know, and what can be done about it. It goes to the log unless an implementation shows it itself.
+    /// Tells a user of a warning and what can be done about it. It goes to the log unless an implementation
+    /// shows it.
     fn warn(&self, warning: &Warning) {
         log::warn!("{warning}");
     }

@@ -1,9 +1,10 @@
-//! What can be done about an error or a warning, as a program that has options of its own needs to know it.
+//! What can be done about an error or a warning, for programs that have their own options.
 use crate::listed::listed;
 
 listed! {
-    /// What can be done about an [`crate::InputError`] or a [`Warning`]: which setting or which step of the library it is. A program says which of
-    /// its own options, commands or buttons that is; the sentences of the library name none.
+    /// What can be done about an [`crate::InputError`] or a [`Warning`]: a setting or a step of the library.
+    /// A program says which of its options, commands or buttons this is. The library's sentences name none of
+    /// these.
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Remedy {
@@ -15,9 +16,9 @@ listed! {
         GiveRate,
         /// Write fewer frames.
         FewerFrames,
-        /// Make few morph targets of the frames, within an error.
+        /// Compress the frames to few morph targets, within an error.
         Compress,
-        /// Allow a larger error to what is compressed.
+        /// Allow a larger error of the compression.
         LargerError,
         /// Store numbers of 16 bits.
         Quantize,
@@ -37,18 +38,18 @@ listed! {
         Conform,
         /// List the devices that are here.
         ListDevices,
-        /// Keep what slid in the clean-up.
+        /// Keep markers that slid, in the clean-up.
         KeepSlides,
         /// Drop a stretch of a marker by hand.
         DropStretch,
-        /// Look at the table of which marker is which handle's, and give it back as it should be.
+        /// Correct the table that maps markers to handles.
         MarkerTable,
         /// Write a frame as a mesh to be sculpted.
         WriteFrame,
     }
 }
 
-/// What a person should know of a result: a sentence, and what can be done.
+/// A warning about a result for a user: a sentence, and what can be done.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Warning {
     sentence: String,
@@ -67,12 +68,12 @@ impl Warning {
         &self.sentence
     }
 
-    /// What can be done; empty where there is nothing.
+    /// What can be done. Empty if nothing can.
     pub fn remedies(&self) -> &'static [Remedy] {
         self.remedies
     }
 
-    /// The same warning of what is in a file, which it does not name yet.
+    /// The same warning with the name of the file that it is about.
     #[must_use]
     pub fn in_file(self, name: impl std::fmt::Display) -> Self {
         Self { sentence: format!("{name}: {}", self.sentence), ..self }

@@ -16,18 +16,18 @@ use rhytid_kernels::Real;
 
 /// A solved face: immutable plain data, the same for every backend.
 ///
-/// A rig is complete and sound by being one: [`Rig::new`] looks at every array once, and nothing else makes a rig of numbers from
-/// outside. Kernels, which do not look, may be given any.
+/// Every rig is complete and sound. [`Rig::new`] checks every array once, and nothing else makes a rig from
+/// outside numbers. Kernels do not check, so they may be given any rig.
 ///
-/// Shapes use V vertices, H handles, F strain edges, P examples, N = P + 1 RBF centres (centre 0 is the rest pose) and K
-/// influences per vertex. `Rig<f64>` is what the solve returns and the twin evaluates; `Rig<f32>` is what is stored and uploaded.
-/// References are to `docs/method.md`.
+/// Shapes use V vertices, H handles, F strain edges, P examples, N = P + 1 RBF centres (centre 0 is the rest
+/// pose) and K influences per vertex. `Rig<f64>` is what the solve returns and the reference evaluates;
+/// `Rig<f32>` is what is stored and uploaded. References are to `docs/method.md`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rig<T: Real = f32> {
     parts: RigParts<T>,
 }
 
-/// What a rig is made of, and what becomes of it for those who change something.
+/// The parts of a rig: to make one, or to change one.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RigParts<T: Real = f32> {
     /// The neutral mesh.
@@ -38,10 +38,10 @@ pub struct RigParts<T: Real = f32> {
     pub examples: Examples<T>,
     /// ℓ in mesh units, as solved with (section 2).
     pub bending_length: f64,
-    /// B, V×H (section 2), with ΔB of the learned method in it: identity rows at handles, zero rows at vertices that do not
-    /// move.
+    /// B, V×H (section 2), with ΔB of the learned method in it: identity rows at handles, zero rows at
+    /// vertices that do not move.
     pub basis: Table<T>,
-    /// What each vertex listens to.
+    /// The influences of each vertex.
     pub influences: Influences<T>,
     /// The folds.
     pub fine_scale: FineScale<T>,
@@ -53,14 +53,14 @@ impl<T: Real> Rig<T> {
     /// The rig of these parts.
     ///
     /// # Errors
-    /// [`Error::Input`](crate::Error::Input) with the first array and element that has not the shape, or not the range, that the
-    /// parts promise.
+    /// [`Error::Input`](crate::Error::Input) with the first array and element whose shape or range is not
+    /// what the parts promise.
     pub fn new(parts: RigParts<T>) -> Result<Self> {
         parts.check()?;
         Ok(Self { parts })
     }
 
-    /// The rig of parts that are sound because those of the rig that they were made of are: nobody looks at them again.
+    /// The rig of these parts, without a check. They must come from the parts of a rig, which are sound.
     pub(crate) fn of_sound(parts: RigParts<T>) -> Self {
         Self { parts }
     }
@@ -90,13 +90,13 @@ impl<T: Real> Rig<T> {
         self.parts.bending_length
     }
 
-    /// B, V×H (section 2), with ΔB of the learned method in it: identity rows at handles, zero rows at vertices that do not
-    /// move.
+    /// B, V×H (section 2), with ΔB of the learned method in it: identity rows at handles, zero rows at
+    /// vertices that do not move.
     pub fn basis(&self) -> &Table<T> {
         &self.parts.basis
     }
 
-    /// What each vertex listens to.
+    /// The influences of each vertex.
     pub fn influences(&self) -> &Influences<T> {
         &self.parts.influences
     }
@@ -126,7 +126,7 @@ impl Rig<f64> {
     /// The same rig in `f32`, each number rounded to nearest.
     ///
     /// # Errors
-    /// As [`Rig::new`]: a number can be too large for `f32`, and a strain edge too short.
+    /// As [`Rig::new`]. A number can be too large for `f32`, and a strain edge too short.
     pub fn rounded(&self) -> Result<Rig> {
         Rig::new(self.parts.cast())
     }

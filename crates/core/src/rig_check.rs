@@ -1,4 +1,4 @@
-//! The check of a rig's parts, which every rig has passed.
+//! The check that the parts of every rig have passed.
 use crate::numbers::first_not_finite;
 use crate::rig::RigParts;
 use crate::{Error, HandleId, Learned, Result, StrainEdgeId, Surface, Table, VertexId};
@@ -6,8 +6,8 @@ use rhytid_kernels::Real;
 use std::collections::HashSet;
 
 impl<T: Real> RigParts<T> {
-    /// Whether every array has the shape, and every number the range, that the parts promise. What passes can be
-    /// evaluated by any backend without a further look.
+    /// Whether every array has the shape, and every number the range, that the parts promise. Any backend can
+    /// evaluate parts that pass, without another check.
     ///
     /// # Errors
     /// [`Error::Input`] with the first array and element that does not fit.
@@ -37,7 +37,8 @@ impl<T: Real> RigParts<T> {
         if influences.beta.is_nan() || influences.beta < 0.0 {
             return fail(format!("beta is {}, expected 0 or more", influences.beta));
         }
-        // The names are those of the rig file's tensors: there, the tangent neighbours are called by an older one.
+        // The names are those of the tensors in the rig file, which has an older name for the tangent
+        // neighbours.
         counted("labels", handles.labels.len(), h)?;
         counted("handle_rest", handles.rest.len(), h)?;
         shaped("basis", &self.basis, v, h)?;

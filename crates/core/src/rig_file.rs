@@ -1,6 +1,6 @@
-//! The rig file: safetensors, with what is no array in its metadata. `docs/rig-file.md` says what is in it.
+//! The rig file: safetensors, with metadata for everything that is no array. `docs/rig-file.md` describes it.
 //!
-//! Nothing in a file is trusted: what [`read`] returns has passed [`Rig::new`].
+//! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
 use crate::{
     AtomicFile, Error, Examples, Faces, FineScale, FoldStrains, HandleId, HandleSet, Influences,
     InputErrorKind, Learned, Materials, Result, Rig, RigParts, StrainEdgeId, Surface, Table, UpAxis, Uvs,
@@ -15,10 +15,10 @@ use std::path::Path;
 /// The version of a rig whose handles turn.
 pub const VERSION: u32 = 6;
 
-/// The version of another rig of the learned method.
+/// The version of a rig of the learned method whose handles do not turn.
 const LEARNED_VERSION: u32 = 5;
 
-/// The version of another rig of the chapter's method.
+/// The version of a rig of the chapter's method whose handles do not turn.
 const CHAPTER_VERSION: u32 = 2;
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
@@ -33,7 +33,7 @@ struct Metadata {
     up_axis: UpAxis,
     method: String,
     bending_length: f64,
-    /// Of version 6 alone.
+    /// Only in version 6.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     rotations: bool,
     /// `null` for an infinite β, which JSON cannot hold.
@@ -42,22 +42,22 @@ struct Metadata {
     examples: Vec<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     learned: Option<LearnedMetadata>,
-    /// Where the mesh names any.
+    /// Only if the mesh names materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     materials: Vec<String>,
 }
 
-/// What of [`Learned`] is no array.
+/// Everything of [`Learned`] that is no array.
 #[derive(Debug, Serialize, Deserialize)]
 struct LearnedMetadata {
     share: f64,
     ridge: f64,
     fold_ridge: f64,
     marker_noise: f64,
-    /// Without it there is no bound, which JSON cannot hold.
+    /// A missing key means no bound: JSON cannot hold infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reach: Option<f64>,
-    /// Without it they are lengths.
+    /// A missing key means lengths.
     #[serde(default = "lengths", skip_serializing_if = "is_lengths")]
     fold_strains: FoldStrains,
 }
@@ -70,7 +70,7 @@ fn is_lengths(strains: &FoldStrains) -> bool {
     *strains == FoldStrains::Lengths
 }
 
-/// Read apart from the rest, so that a file of another version is told from a broken one.
+/// Read before the rest, so that a file of another version is told apart from a broken one.
 #[derive(Deserialize)]
 struct VersionOnly {
     version: u32,
@@ -79,14 +79,14 @@ struct VersionOnly {
 /// Reads a rig file.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] if the file is cut short, of another version, lacks an array, or has a shape,
-/// an index or a number out of range.
+/// [`Error::Io`]; [`Error::Input`] if the file is cut short, of another version, lacks an array, or has a
+/// shape, an index or a number out of range.
 pub fn read(path: &Path) -> Result<Rig> {
     let bytes = input_file::read(path, input_file::LARGEST_RIG)?;
     decode(&bytes, &path.display().to_string())
 }
 
-/// What tells one rig file from another: BLAKE3 of its bytes, as 64 hexadecimal digits.
+/// The hash of a rig file: BLAKE3 of its bytes, as 64 hexadecimal digits.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -97,7 +97,7 @@ pub fn hash(path: &Path) -> Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-/// The same of a rig in memory: [`hash()`] of the file that [`write()`] makes of it.
+/// The hash of a rig in memory: [`hash()`] of the file that [`write()`] would make.
 ///
 /// # Errors
 /// As [`encode`].
@@ -134,7 +134,7 @@ pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
         .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
 }
 
-/// All arrays of a rig, in the order in which they are handed over.
+/// All arrays of a rig, in the order in which they are passed on.
 fn tensors(rig: &Rig) -> Vec<Tensor> {
     let (surface, handles, examples) = (rig.surface(), rig.handles(), rig.examples());
     let (influences, fine_scale) = (rig.influences(), rig.fine_scale());
@@ -153,7 +153,7 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
         ),
         Tensor::ids("influence_edges", &influences.edges, StrainEdgeId::numbers),
         Tensor::table("influence_weights", &influences.weights),
-        // The tangent neighbours' key is older than their name: files keep it.
+        // Files keep an older name for the tangent neighbours.
         Tensor::u32s(
             "frame_neighbors",
             VertexId::numbers(&surface.tangent_neighbors),
@@ -186,7 +186,7 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
     tensors
 }
 
-/// An array of a file. Safetensors is little-endian, whatever the machine.
+/// An array of a file. Safetensors is little-endian on every machine.
 struct Tensor {
     name: &'static str,
     dtype: Dtype,
@@ -344,7 +344,7 @@ impl Arrays<'_> {
             tangent_neighbors: ids(self.u32s("frame_neighbors", &[Some(v)])?, VertexId),
             rest,
         };
-        // A vertex that is not there is found when the rig is made.
+        // A vertex that does not exist is reported when the rig is made.
         let at = |v: &VertexId| surface.rest.get(v.index()).copied().unwrap_or_default();
         Ok(RigParts {
             handles: HandleSet {
@@ -394,7 +394,7 @@ impl Arrays<'_> {
         Ok(Some(Materials { of_face: self.u32s("face_materials", &[None])?, names }))
     }
 
-    /// What is learned of `examples` for V vertices.
+    /// What is learned from `examples` for V vertices.
     fn learned(&self, metadata: LearnedMetadata, vertices: usize, examples: usize) -> Result<Learned> {
         let LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains } = metadata;
         Ok(Learned {
@@ -424,7 +424,7 @@ impl Arrays<'_> {
         self.tensors.tensor(array).is_ok()
     }
 
-    /// `shape` has `None` where any extent will do.
+    /// `shape` has `None` where any extent is allowed.
     fn view(&self, array: &str, dtype: Dtype, shape: &[Option<usize>]) -> Result<TensorView<'_>> {
         let view = self.tensors.tensor(array).map_err(|_| self.fail(format!("has no array `{array}`")))?;
         let fits = view.shape().len() == shape.len()
@@ -450,7 +450,7 @@ impl Arrays<'_> {
         Ok(f32s_of(&self.view(array, Dtype::F32, shape)?))
     }
 
-    /// V×N ids, whatever N is.
+    /// V×N ids, for any N.
     fn ids<I>(&self, array: &str, rows: usize, id: fn(u32) -> I) -> Result<Table<I>> {
         let view = self.view(array, Dtype::U32, &[Some(rows), None])?;
         Table::try_new(rows, view.shape()[1], ids(u32s_of(&view), id))

@@ -6,9 +6,10 @@ use rhytid_kernels::Real;
 const ABSENT: VertexId = VertexId(u32::MAX);
 
 impl<T: Real> Rig<T> {
-    /// The rig of `vertices` (distinct, in range), which come first and in their order, of all handles, and of the vertices around
-    /// each of the former. With the same handle positions these vertices come to where they are in the whole; others need not, since
-    /// what is around them is missing.
+    /// The rig of `vertices` (distinct, in range) and of all handles. The chosen vertices come first, in
+    /// their order; the vertices around them and those of the handles follow. With the same handle positions
+    /// the chosen vertices have the same results as in the whole rig. Other vertices may differ, since some
+    /// of their neighbours are missing.
     pub fn part(&self, vertices: &[VertexId]) -> Self {
         let (surface, handles, influences) = (self.surface(), self.handles(), self.influences());
         let mut place = vec![ABSENT; self.vertices()];
@@ -28,7 +29,7 @@ impl<T: Real> Rig<T> {
         let around = surface.triangles.iter().filter(|triangle| triangle.iter().any(|&v| wanted[v as usize]));
         let mut around: Vec<&[u32; 3]> = around.collect();
         if around.is_empty() {
-            // A rig has one.
+            // A rig has at least one triangle.
             around.extend(surface.triangles.first());
         }
         around.iter().copied().flatten().for_each(|&v| keep(VertexId(v)));
@@ -41,7 +42,7 @@ impl<T: Real> Rig<T> {
             let neighbor = place[surface.tangent_neighbors[v.index()].index()];
             if neighbor == ABSENT { VertexId::from_index(own) } else { neighbor }
         });
-        // Each row is one of a sound rig, and each index is of what was kept.
+        // Each row comes from a sound rig, and each index is of a vertex that was kept.
         Self::of_sound(RigParts {
             surface: Surface {
                 name: surface.name.clone(),
@@ -60,15 +61,15 @@ impl<T: Real> Rig<T> {
             },
             examples: self.examples().clone(),
             bending_length: self.bending_length(),
-            basis: rows.of(self.basis()),
+            basis: rows.select(self.basis()),
             influences: Influences {
-                edges: rows.of(&influences.edges),
-                weights: rows.of(&influences.weights),
+                edges: rows.select(&influences.edges),
+                weights: rows.select(&influences.weights),
                 beta: influences.beta,
             },
             fine_scale: FineScale {
                 pose_features: self.fine_scale().pose_features.clone(),
-                rbf_weights: rows.of(&self.fine_scale().rbf_weights),
+                rbf_weights: rows.select(&self.fine_scale().rbf_weights),
             },
             learned: self.learned().map(|learned| rows.of_learned(learned)),
         })
@@ -81,16 +82,16 @@ struct Rows<'a> {
 }
 
 impl Rows<'_> {
-    fn of<E: Clone>(&self, table: &Table<E>) -> Table<E> {
+    fn select<E: Clone>(&self, table: &Table<E>) -> Table<E> {
         table.chosen(self.kept.iter().map(|v| v.index()))
     }
 
     fn of_learned<T: Real>(&self, learned: &Learned<T>) -> Learned<T> {
         Learned {
-            anchors: self.of(&learned.anchors),
-            anchor_weights: self.of(&learned.anchor_weights),
-            feature_gains: self.of(&learned.feature_gains),
-            example_weights: self.of(&learned.example_weights),
+            anchors: self.select(&learned.anchors),
+            anchor_weights: self.select(&learned.anchor_weights),
+            feature_gains: self.select(&learned.feature_gains),
+            example_weights: self.select(&learned.example_weights),
             variances: self.kept.iter().map(|v| learned.variances[v.index()]).collect(),
             ..*learned
         }

@@ -9,7 +9,7 @@ pub struct RigidMotion {
 }
 
 impl RigidMotion {
-    /// As the body stands in its own space.
+    /// No motion.
     pub const IDENTITY: Self = Self { rotation: [0.0, 0.0, 0.0, 1.0], translation: [0.0; 3] };
 
     /// Whether all numbers are finite and the quaternion has length 1, within 10⁻⁶.
@@ -35,7 +35,7 @@ impl RigidMotion {
         let dot: f64 = self.rotation.iter().zip(&next.rotation).map(|(a, b)| a * b).sum();
         let sign = if dot < 0.0 { -1.0 } else { 1.0 };
         let angle = dot.abs().min(1.0).acos();
-        // Slerp; where the two are nearly one, its limit.
+        // Slerp. Where both are nearly equal, its limit.
         let [a, b] = match angle.sin() {
             sine if sine > 1e-9 => [((1.0 - s) * angle).sin() / sine, (s * angle).sin() / sine],
             _ => [1.0 - s, s],

@@ -1,5 +1,6 @@
-//! How the surface turns at each handle (`docs/method.md`, rotations), and what devices are given of it: once per frame, on the host,
-//! in f64 and by sums, products and roots alone, so that every device has the same bits.
+//! How the surface turns at each handle (`docs/method.md`, rotations), and what devices get of it. The host
+//! computes it once per frame, in f64. It uses only sums, products and roots, so every device gets the same
+//! bits.
 use crate::HandleId;
 use crate::HandleSet;
 use crate::nearest_turn;
@@ -7,22 +8,24 @@ use rayon::prelude::*;
 use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::{Real, vec3};
 
-/// How much the turn of all handles counts at each along an axis, as a part of what its neighbours count there on the average. It says what
-/// they do not, such as the turn about a line that they lie in. A whole one would more than halve every turn of a flat neighbourhood, which
-/// counts nothing across.
+/// The weight of the turn of all handles at each handle along an axis, relative to the average weight of its
+/// neighbours. It determines what the neighbours do not, such as the turn about a line in which they lie. A
+/// weight of 1 would more than halve every turn of a flat neighbourhood, since its neighbours have no weight
+/// across.
 const OF_ALL: f64 = 0.1;
 
-/// How much no turn counts in the turn of all handles, as a part of what they count: where they lie in a line, the smallest turn is taken.
+/// The weight of no turn in the turn of all handles, relative to the handles' own weight. Where they lie in a
+/// line, the smallest turn is taken.
 const NO_TURN: f64 = 1e-9;
 
-/// What the rotations of a rig's handles are estimated from.
+/// The data from which the rotations of a rig's handles are estimated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rotations {
     /// H rest positions, in mesh units.
     rest: Vec<[f64; 3]>,
     /// H edges from their mean.
     from_mean: Vec<[f64; 3]>,
-    /// Where the neighbours of each handle begin, and where the last ones end: H + 1.
+    /// The index of each handle's first neighbour, and the end of the last ones: H + 1.
     offsets: Vec<usize>,
     /// The other ends of each handle's strain edges.
     neighbors: Vec<Neighbor>,
@@ -35,7 +38,7 @@ struct Neighbor {
     handle: usize,
     /// The edge to it at rest.
     edge: [f64; 3],
-    /// One over the square of its length: each direction counts as much.
+    /// One over the square of the edge's length, so that each direction counts equally.
     weight: f64,
 }
 
@@ -43,7 +46,7 @@ struct Neighbor {
 type Matrix = [[f64; 3]; 3];
 
 impl Rotations {
-    /// Of handles that turn; `None` where they do not.
+    /// The rotations of handles that turn. `None` where they do not turn.
     pub fn new<T: Real>(handles: &HandleSet<T>) -> Option<Self> {
         if !handles.rotations {
             return None;
@@ -71,8 +74,8 @@ impl Rotations {
         Some(Self { rest, from_mean, offsets, neighbors: of_handles.concat(), center })
     }
 
-    /// The index of the handle near the middle of all that vertices are turned about: the point itself does not matter, as long as what is
-    /// subtracted from rest positions leaves nothing large.
+    /// The index of the handle about which vertices are turned: the one nearest to the mean of all. The exact
+    /// point does not matter. It only keeps the rest positions small when it is subtracted from them.
     pub fn center(&self) -> usize {
         self.center
     }
@@ -105,8 +108,8 @@ impl Rotations {
         (0..self.rest.len()).map(of_handle).collect()
     }
 
-    /// What the kernel `large_scale` reads of frames × H positions, frames × 4 × H: of each frame where the handles take
-    /// the centre from rest, and then the columns of R_h − I.
+    /// What the kernel `large_scale` reads for frames × H positions: frames × 4 × H vectors. In each frame,
+    /// the first H vectors tell where the handles take the centre from rest. The columns of R_h − I follow.
     pub fn motions<T: Real>(&self, positions: &[[T; 3]]) -> Vec<[T; 3]> {
         let handles = self.rest.len();
         let mut motions = vec![[T::ZERO; 3]; MOTION * positions.len()];
@@ -133,7 +136,7 @@ fn from_mean(points: &[[f64; 3]]) -> Vec<[f64; 3]> {
     points.iter().map(|x| vec3::sub(*x, mean)).collect()
 }
 
-/// Adds w a bᵀ; where a is b, what is added is symmetric, exactly.
+/// Adds w a bᵀ. Where a is b, the added matrix is exactly symmetric.
 fn add(sum: &mut Matrix, w: f64, a: [f64; 3], b: [f64; 3]) {
     for i in 0..3 {
         for j in 0..3 {
@@ -147,7 +150,8 @@ mod tests {
     use super::*;
     use crate::VertexId;
 
-    /// Handles at these places and nothing else; strain edges between all that lie apart, and not farther than that.
+    /// Handles at these places and nothing else. Strain edges join all that lie apart, and not farther than
+    /// `farthest`.
     fn rotations(rest: &[[f64; 3]], farthest: f64) -> Rotations {
         let h = rest.len();
         let pairs = (0..h as u32).flat_map(|a| (0..a).map(move |b| [b, a]));
@@ -204,7 +208,7 @@ mod tests {
         }
     }
 
-    /// What a handle's neighbours do relative to all is nearly all of its turn, but for what [`OF_ALL`] takes of it.
+    /// The motion of a handle's neighbours gives nearly all of its turn; [`OF_ALL`] takes only a small part.
     #[test]
     fn a_strip_that_is_bent_turns_by_its_own_angle() {
         let places = (0..7).flat_map(|i| [-0.75, 0.75].map(|y| [f64::from(i) - 3.0, y, 0.0]));

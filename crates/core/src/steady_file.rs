@@ -6,13 +6,13 @@ use std::io::{self, Seek, SeekFrom, Write};
 /// After this many bytes the disk has to catch up.
 const STRETCH: u64 = 64 << 20;
 
-/// A file whose bytes go to the disk while it is written. An operating system would first fill its memory with
-/// gigabytes of them: at the cost of what other programs keep there, of new memory for every page, and of a long wait at
-/// the end, which also is when a fault of the disk would show.
+/// A file whose bytes go to the disk while it is written. Without this, the operating system would first fill
+/// its memory with gigabytes of them. This would push out what other programs keep there, need new memory for
+/// every page, and end with a long wait. A fault of the disk would show only then.
 #[derive(Debug)]
 pub(crate) struct SteadyFile {
     file: Temporary,
-    /// Bytes written since the disk had all.
+    /// Bytes written since the disk last had everything.
     waiting: u64,
 }
 
@@ -51,7 +51,8 @@ impl Seek for SteadyFile {
     }
 }
 
-/// Tells the system that what the disk has need not stay in memory. It is advice: where it is not taken, all is well.
+/// Tells the system that bytes on the disk need not stay in memory. It is only advice: a system may ignore
+/// it.
 fn forget(file: &File) {
     #[cfg(target_os = "linux")]
     let _ = rustix::fs::fadvise(file, 0, None, rustix::fs::Advice::DontNeed);
@@ -85,8 +86,8 @@ mod tests {
         assert!(found == expected);
     }
 
-    /// Beside a file that is written plainly and then told to leave: where even that one stays, as in a temporary folder that is
-    /// itself in memory, there is nothing to test.
+    /// First a plain file is written and its memory is released. If even this file stays in memory, as in a
+    /// temporary folder that is itself in memory, there is nothing to test.
     #[cfg(target_os = "linux")]
     #[test]
     fn what_the_disk_has_leaves_memory() {
@@ -114,7 +115,7 @@ mod tests {
         (0..1 << 20).map(|i: u32| (i ^ i >> 9) as u8).collect()
     }
 
-    /// Bytes of a file that are in memory. To find out by reading would fetch them.
+    /// Bytes of a file that are in memory. Reading the file would not tell, since it fetches the bytes.
     #[cfg(target_os = "linux")]
     fn in_memory(path: &std::path::Path) -> u64 {
         let arguments = ["--bytes", "--noheadings", "--output", "RES"];

@@ -17,7 +17,8 @@ impl<T> Table<T> {
     /// The table of rows × columns `elements`, row after row.
     ///
     /// # Panics
-    /// If there are not rows × columns of them: the caller has counted wrong. [`Table::try_new`] is for what comes from outside.
+    /// If there are not rows × columns of them, which is a mistake of the caller. Use [`Table::try_new`] for
+    /// elements from outside.
     pub fn new(rows: usize, columns: usize, elements: Vec<T>) -> Self {
         let found = elements.len();
         assert_eq!(
@@ -28,7 +29,7 @@ impl<T> Table<T> {
         Self { rows, columns, elements }
     }
 
-    /// As [`Table::new`], of elements that nobody has counted.
+    /// As [`Table::new`], for elements whose number is not known.
     ///
     /// # Errors
     /// [`Error::Input`] if there are not rows × columns of them.
@@ -86,12 +87,12 @@ impl<T> Table<T> {
         &mut self.elements[i * self.columns..][..self.columns]
     }
 
-    /// All rows; without columns they are empty.
+    /// All rows. In a table without columns they are empty.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[T]> + DoubleEndedIterator + Clone {
         (0..self.rows).map(|i| self.row(i))
     }
 
-    /// All rows; without columns none, since there is nothing to write.
+    /// All rows. A table without columns gives none, since there is nothing to write.
     pub fn rows_mut(&mut self) -> impl ExactSizeIterator<Item = &mut [T]> {
         self.elements.chunks_exact_mut(self.columns.max(1))
     }
@@ -119,7 +120,7 @@ impl<T> Table<T> {
         self.elements
     }
 
-    /// The table of what `of` makes of each element.
+    /// The table with `of` applied to each element.
     pub fn map<U: Send>(&self, of: impl Fn(&T) -> U + Sync + Send) -> Table<U>
     where
         T: Sync,
@@ -143,14 +144,14 @@ impl<T> Table<T> {
 }
 
 impl<T: Sync> Table<T> {
-    /// All rows, by several threads; without columns they are empty.
+    /// All rows, for several threads. In a table without columns they are empty.
     pub fn par_rows(&self) -> impl IndexedParallelIterator<Item = &[T]> {
         (0..self.rows).into_par_iter().map(|i| self.row(i))
     }
 }
 
 impl<T: Send> Table<T> {
-    /// All rows, by several threads; without columns none, since there is nothing to write.
+    /// All rows, for several threads. A table without columns gives none, since there is nothing to write.
     pub fn par_rows_mut(&mut self) -> impl IndexedParallelIterator<Item = &mut [T]> {
         self.elements.par_chunks_exact_mut(self.columns.max(1))
     }

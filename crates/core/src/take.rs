@@ -1,4 +1,4 @@
-//! The take: marker tracks in head space, with the head's motion and how far each position is to be trusted.
+//! The take: marker tracks in head space, with the head's motion and the confidence of each position.
 use crate::{Error, InputErrorKind, Result, RigidMotion};
 
 /// Marker tracks: positions of labelled markers over time, in mesh units and head space.
@@ -12,16 +12,18 @@ pub struct Take {
     pub positions: Vec<[f64; 3]>,
     /// The head pose in the world in each frame; `None` where it is not known.
     pub head: Option<Vec<RigidMotion>>,
-    /// frames × M: how far each position is to be trusted, from 0 (a guess) to 1 (measured); `None` where all are 1.
+    /// frames × M: the confidence of each position, from 0 (a guess) to 1 (measured). `None` where all are 1.
     pub confidence: Option<Vec<f32>>,
 }
 
-/// A take becomes longer than this and so many times as long as it is only by a gap that nobody meant.
+/// A take becomes longer than this, and also this many times its own length, only because of a gap by
+/// mistake.
 const LEAST_TOO_MANY: usize = 1_000;
 const TOO_MANY_TIMES: usize = 1_000;
 
 impl Take {
-    /// More frames than this come from a mistake in the times or the rate: nine hours at 30 frames per second.
+    /// More frames than this come from a mistake in the times or the rate: nine hours at 30 frames per
+    /// second.
     pub const MAX_RESAMPLED: usize = 1_000_000;
 
     /// Number of frames.
@@ -29,9 +31,10 @@ impl Take {
         self.times.len()
     }
 
-    /// The take's own rate in frames per second: from the mean of the steps that are no gaps (within a tenth of
-    /// the median, since files round their times), made a whole number or a multiple of 1000/1001 where it is
-    /// within 0.04 % of one. 30 where no rate can be told, as from one frame.
+    /// The take's own rate in frames per second. It comes from the mean of the steps that are no gaps: those
+    /// within a tenth of the median, since files round their times. A rate within 0.04 % of a whole number or
+    /// of a multiple of 1000/1001 is set to that number. The rate is 30 where it cannot be told, as from one
+    /// frame.
     pub fn rate(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
@@ -59,7 +62,7 @@ impl Take {
         }
     }
 
-    /// The frames with these numbers, which rise.
+    /// The frames with these numbers, which are in rising order.
     ///
     /// # Panics
     /// If the take has no such frame.
@@ -76,12 +79,12 @@ impl Take {
         }
     }
 
-    /// Sampled at `fps` frames per second from its first time to its last, linearly between frames; the head turns
-    /// evenly between them, and confidence is linear too.
+    /// The take sampled at `fps` frames per second from its first time to its last. Positions and confidence
+    /// are linear between frames, and the head turns evenly.
     ///
     /// # Errors
-    /// [`Error::Input`] if `fps` is not finite and positive, or more than [`Take::MAX_RESAMPLED`] frames, or far more than
-    /// there are, would come out.
+    /// [`Error::Input`] if `fps` is not finite and positive. [`Error::Input`] also if the result would have
+    /// more than [`Take::MAX_RESAMPLED`] frames, or far more frames than the take.
     pub fn resample(&self, fps: f64) -> Result<Take> {
         if !(fps.is_finite() && fps > 0.0) {
             return Err(Error::out_of_range(format!("the frame rate is {fps}, expected a number above 0")));
@@ -90,7 +93,7 @@ impl Take {
             return Ok(self.clone());
         };
         let m = self.labels.len();
-        // A last sample that the rounding of times in files puts just beyond the end still counts.
+        // Files round their times, which can put the last sample just beyond the end. It still counts.
         let count = ((end - start) * fps + 0.01).floor() as usize + 1;
         if count > Self::MAX_RESAMPLED {
             return Err(Error::too_large(format!(
@@ -144,8 +147,8 @@ impl Take {
         Ok(out)
     }
 
-    /// The positions of `labels`, frame after frame and in their order, rounded to `f32`: frames × H × 3, what
-    /// [`crate::Animator::evaluate`] takes. Labels that are not asked for are left out.
+    /// The positions of `labels`, frame after frame and in their order, rounded to `f32`: frames × H × 3,
+    /// what [`crate::Animator::evaluate`] takes. Labels that are not asked for are left out.
     ///
     /// # Errors
     /// [`Error::Input`] names every label that the take lacks.

@@ -1,8 +1,9 @@
-//! Files that have no name yet, or one that says so.
+//! Files that have no name yet, or a temporary one.
 //!
-//! Where the system has files without a name (Linux, most of its file systems), one that is never finished leaves nothing behind,
-//! however its process ends. Elsewhere it is named `.rhytid-….partial`, and locked as long as its process lives: what is
-//! not locked was left by a process that is gone, and [`sweep`] removes it.
+//! Where the system has files without a name (Linux, most of its file systems), a file that is never finished
+//! leaves nothing behind, however its process ends. Elsewhere the file is named `.rhytid-….partial`, and is
+//! locked as long as its process lives. So a file that is not locked was left by a process that is gone, and
+//! [`sweep`] removes it.
 
 use std::fs::File;
 use std::io;
@@ -11,7 +12,7 @@ use tempfile::{Builder, NamedTempFile};
 
 const PREFIX: &str = ".rhytid-";
 const SUFFIX: &str = ".partial";
-/// A new file that a sweep takes away before it is locked is made again, at most so often.
+/// If a sweep removes a new file before it is locked, the file is made again, at most this often.
 const ATTEMPTS: usize = 8;
 
 /// A file on its way to its name.
@@ -59,7 +60,7 @@ pub(crate) fn sweep(folder: &Path) {
         if !is_ours || !entry.file_type().is_ok_and(|kind| kind.is_file()) {
             continue;
         }
-        // Held until the file is gone.
+        // The lock is held until the file is gone.
         let Ok(file) = File::open(entry.path()) else { continue };
         if file.try_lock().is_ok() {
             let _ = std::fs::remove_file(entry.path());
@@ -71,10 +72,10 @@ fn named(folder: &Path) -> io::Result<NamedTempFile> {
     for _ in 0..ATTEMPTS {
         let file = builder().tempfile_in(folder)?;
         match file.as_file().try_lock() {
-            // Only now no sweep takes it away any more.
+            // From now on no sweep removes it.
             Ok(()) if file.path().exists() => return Ok(file),
             Ok(()) | Err(std::fs::TryLockError::WouldBlock) => {}
-            // Where nothing can be locked, nothing is swept.
+            // Where files cannot be locked, no file is swept.
             Err(std::fs::TryLockError::Error(_)) => return Ok(file),
         }
     }
@@ -88,20 +89,21 @@ fn builder() -> Builder<'static, 'static> {
     builder.prefix(PREFIX).suffix(SUFFIX);
     #[cfg(unix)]
     {
-        // A temporary file is private by default; what is renamed gets the rights of any new file.
+        // A temporary file is private by default. A renamed file needs the rights of any new file.
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder
 }
 
-/// `None` where there is no such thing.
+/// `None` where the system has no such files.
 #[cfg(target_os = "linux")]
 fn unnamed(folder: &Path) -> Option<File> {
     use rustix::fs::{Mode, OFlags, open};
     let flags = OFlags::TMPFILE | OFlags::RDWR | OFlags::CLOEXEC;
     let file = File::from(open(folder, flags, Mode::from_raw_mode(0o666)).ok()?);
-    // Its name is given by this, which a bare container may lack: to be known now, not when all is written.
+    // The file gets its name through this path, which a bare container may lack. It is checked now, not after
+    // everything is written.
     by_number(&file).exists().then_some(file)
 }
 
@@ -124,8 +126,8 @@ fn link(file: &File, path: &Path) -> io::Result<()> {
         Err(rustix::io::Errno::EXIST) => {}
         other => return Ok(other?),
     }
-    // A link replaces nothing, but a file with a name does; until it has the right one, the lock tells that its process lives.
-    // Where it cannot be had, a sweep does not get it either.
+    // A link replaces nothing, but a file with a name does; until it has the right one, the lock tells that
+    // its process lives. Where it cannot be had, a sweep does not get it either.
     let _ = file.try_lock();
     let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let temporary = builder().make_in(folder, |name| link(name).map_err(io::Error::from))?;

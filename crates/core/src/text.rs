@@ -28,9 +28,9 @@ pub fn listed<'a>(words: impl ExactSizeIterator<Item = &'a str>) -> String {
     if more == 0 { shown } else { format!("{shown} and {more} more") }
 }
 
-/// The word of `known` that `word` was probably meant to be: at most a third of its letters differ.
+/// The word of `known` that was probably meant by `word`: at most a third of its letters differ.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // The comparison takes quadratic time, and nobody mistypes words as long as this.
+    // The comparison takes quadratic time, so longer words are left out.
     const LONGEST: usize = 64;
     if word.len() > LONGEST {
         return None;

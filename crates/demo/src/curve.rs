@@ -1,6 +1,6 @@
 //! Smooth functions of one and two numbers, from which everything else is made.
 
-/// A natural cubic spline through `(x, y)` knots; straight beyond the first and the last.
+/// A natural cubic spline through `(x, y)` knots. It is straight beyond the first and the last one.
 #[derive(Debug, Clone)]
 pub(crate) struct Curve {
     knots: Vec<[f64; 2]>,
@@ -9,7 +9,7 @@ pub(crate) struct Curve {
 }
 
 impl Curve {
-    /// Through `knots`, whose first numbers increase.
+    /// A spline through `knots`, whose first numbers increase.
     pub(crate) fn new(knots: &[[f64; 2]]) -> Self {
         let last = knots.len() - 1;
         let slope = |i: usize| (knots[i + 1][1] - knots[i][1]) / (knots[i + 1][0] - knots[i][0]);
@@ -72,7 +72,7 @@ pub(crate) fn soft_max(a: f64, b: f64, soft: f64) -> f64 {
     0.5 * (a + b + ((a - b) * (a - b) + soft * soft).sqrt())
 }
 
-/// Smooth noise in [-1, 1] with features of size 1, the same everywhere; `seed` tells kinds apart.
+/// Smooth noise in [-1, 1] with features of size 1, the same on every platform. `seed` selects one of many.
 pub(crate) fn noise(x: f64, y: f64, seed: u32) -> f64 {
     let (left, low) = (x.floor(), y.floor());
     let corner = |i: i32, j: i32| lattice(left as i32 + i, low as i32 + j, seed);

@@ -1,4 +1,5 @@
-//! The six expressions: how muscles move the skin at large, region by region. What they fold is in `folds`.
+//! The six expressions: the large motions of the skin by muscles, region by region. Their wrinkles are in
+//! `folds`.
 use crate::curve::{bell, pair, ramp};
 use crate::folds;
 use crate::shape::{EYE_LINE, Shape};
@@ -35,7 +36,7 @@ impl Expression {
 fn close_lids(shape: &Shape, skin: &Skin, amount: f64) -> DVec3 {
     let side = skin.site.across.abs();
     let (upper, lower) = shape.eye.rims(side);
-    // The lids meet below the middle, as the upper one does most of the way.
+    // The lids meet below the middle, since the upper one makes most of the way.
     let meeting = 0.65 * lower;
     let way = if skin.site.above_eyes { -(upper + meeting) } else { lower - meeting };
     let fade = ramp((skin.site.up - EYE_LINE).abs(), 1.7, 0.05);

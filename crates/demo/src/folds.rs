@@ -1,11 +1,12 @@
 //! Wrinkles: heights along the normal, in centimetres, between the markers.
 //!
-//! Skin does not fold like a sine: it bulges roundly between narrow, sharp valleys, and the valleys wander,
-//! break off and differ from side to side.
+//! Skin does not fold like a sine. It bulges roundly between narrow, sharp valleys. The valleys wander, break
+//! off and differ from side to side.
 use crate::curve::{bell, noise, pair, plateau, ramp};
 use crate::skin::Skin;
 
-/// A row of folds: valleys where `phase` is a whole number, round bulges between; about 1 from floor to crest.
+/// A row of folds: valleys where `phase` is a whole number, round bulges between; about 1 from floor to
+/// crest.
 fn row(phase: f64) -> f64 {
     let s = (std::f64::consts::PI * phase).sin();
     (s * s + 0.004).sqrt().powf(0.75) - 0.72
@@ -17,7 +18,7 @@ fn furrow(t: f64, width: f64) -> f64 {
     0.45 * bell(q.abs(), 2.4, 1.5) - (-(q * q + 0.05).sqrt() * 1.3 + 0.29).exp()
 }
 
-/// How strong the fold number `phase` is at `along`: folds come and go.
+/// The strength of fold number `phase` at `along`: folds come and go along their length.
 fn broken(phase: f64, along: f64, seed: u32) -> f64 {
     0.72 + 0.5 * noise(along, 0.8 * phase, seed).clamp(-0.9, 0.55)
 }
@@ -122,7 +123,7 @@ pub(crate) fn pucker(s: &Skin) -> f64 {
     let reach = if s.site.above_mouth { upper } else { lower };
     let lines = 0.075 * row(phase) * broken(phase, away * 0.8, 63) * reach * ramp(x.abs(), 2.6, 1.5);
     let chin = plateau(y, -10.0, -8.9, 0.6) * ramp(x.abs(), 1.9, 0.9);
-    // Turned, so that the noise's lattice does not show.
+    // The coordinates are rotated, so that the noise's lattice does not show.
     let (u, v) = (0.8 * x + 0.6 * y, 0.8 * y - 0.6 * x);
     let lump = noise(u / 0.36, v / 0.36, 64) + 0.5 * noise(v / 0.21, u / 0.21, 65);
     let crease = 0.1 * furrow(y + 8.35 - 0.12 * x * x, 0.2) * ramp(x.abs(), 2.2, 1.2);

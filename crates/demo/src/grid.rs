@@ -21,7 +21,7 @@ pub(crate) struct Grid {
 }
 
 impl Grid {
-    /// With as near to `vertices` vertices as a grid of about square cells can have.
+    /// A grid of about square cells, with a number of vertices as near to `vertices` as possible.
     pub(crate) fn new(vertices: usize) -> Self {
         let (half_columns, row_cells) = cells(vertices);
         let half = stops(&COLUMN_STOPS, half_columns, column_size);
@@ -40,7 +40,7 @@ impl Grid {
                 self.sites.push(Site { across, up, above_eyes, above_mouth });
             }
         }
-        // The vertex that the cell below a row uses: its own copy on a cut, else the grid's.
+        // The vertex that the cell below a row uses: a copy of its own on a cut, otherwise the grid's.
         let mut below: Vec<u32> = (0..self.sites.len() as u32).collect();
         for vertex in &mut below {
             let site = self.sites[*vertex as usize];
@@ -73,7 +73,8 @@ impl Grid {
         Uvs { values, corners: None }
     }
 
-    /// The vertex nearest to a point of the domain that is on no cut; opposite points give opposite vertices.
+    /// The vertex nearest to a point of the domain that is not on a cut. Opposite points give opposite
+    /// vertices.
     pub(crate) fn nearest(&self, across: f64, up: f64) -> usize {
         let middle = self.columns.len() / 2;
         let step = nearest(&self.columns[middle..], across.abs());

@@ -1,8 +1,8 @@
-//! The handles: where the markers sit.
+//! The handles: the places of the markers.
 use crate::grid::Grid;
 use rhytid_core::{Handles, VertexId};
 
-/// On the midline: label and `up` in the domain.
+/// Markers on the midline: label and `up` in the domain.
 const MIDDLE: [(&str, f64); 13] = [
     ("forehead_top", 6.0),
     ("forehead", 4.1),
@@ -19,7 +19,7 @@ const MIDDLE: [(&str, f64); 13] = [
     ("neck", -13.9),
 ];
 
-/// On the left; the right has the same, mirrored: label, `across` and `up`.
+/// Markers on the left: label, `across` and `up`. The right has the same, mirrored.
 const LEFT: [(&str, f64, f64); 38] = [
     ("forehead_top_1", 2.3, 6.2),
     ("forehead_top_2", 4.8, 5.8),

@@ -1,6 +1,6 @@
 //! A face made in code: mesh, handles, six examples and a short performance.
 //!
-//! Everything is a continuous function of a flat domain (see `shape`), sampled at the vertices of a grid, so that
+//! Everything is a continuous function of a flat domain (see `shape`), sampled at the vertices of a grid. So
 //! the face is the same at every resolution.
 //!
 //! ```
@@ -35,9 +35,9 @@ use rhytid_core::{Example, Face, Mesh, Settings, UpAxis};
 use shape::Shape;
 use skin::Skin;
 
-/// Makes the demo face with about `vertices` vertices (at most 2 % off; 2,000 to 4,000,000, the nearer is taken):
-/// the neutral mesh in centimetres, Y up, facing +Z, with texture coordinates; 89 handles, the same on both sides;
-/// six expressions.
+/// Makes the demo face with about `vertices` vertices, at most 2 % off. A number outside 2,000 to 4,000,000
+/// is clamped to this range. The neutral mesh is in centimetres, Y up, facing +Z, with texture coordinates.
+/// The face has 89 handles, the same on both sides, and six expressions.
 pub fn face(vertices: usize) -> Face {
     let shape = Shape::new();
     let grid = Grid::new(vertices.clamp(2_000, 4_000_000));

@@ -7,10 +7,11 @@ const RATE: f64 = 30.0;
 /// Seconds.
 const LENGTH: f64 = 7.2;
 
-/// How one example comes and goes: times in seconds and weights, eased between; rest before and after.
+/// How one example comes and goes: times in seconds and weights, with eased transitions. Before and after is
+/// the rest pose.
 struct Track {
     example: &'static str,
-    /// How much later the face's right moves than its left, in seconds.
+    /// The delay of the face's right side behind its left, in seconds.
     lag: f64,
     keys: &'static [[f64; 2]],
 }
@@ -116,8 +117,9 @@ impl Track {
     }
 }
 
-/// A performance of 7 s at 30 frames per second for a face made by [`crate::face`]: its expressions overlap,
-/// overshoot and run a little later on one side; it begins and ends at rest. The same on every machine.
+/// A performance of 7 s at 30 frames per second for a face made by [`crate::face`]. Its expressions overlap
+/// and overshoot, and one side is a little later. It begins and ends at rest. It is the same on every
+/// machine.
 pub fn performance(face: &Face) -> Take {
     let rest: Vec<[f64; 3]> =
         face.handles.vertices.iter().map(|&v| face.neutral.positions[v.index()]).collect();

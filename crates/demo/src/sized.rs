@@ -1,4 +1,4 @@
-//! A rig of any size, made without solving: for measuring, not for looking at.
+//! A rig of any size, made without a solve: for measurements, not for viewing.
 use crate::sized_learned;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -11,7 +11,7 @@ use rhytid_solve::{influences, tangent_frames};
 /// How large a rig is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Size {
-    /// V, at least 4; as many as make a whole grid are taken, at most 2 % fewer from 10,000 on.
+    /// V, at least 4. The rig has the vertices of a whole grid: from 10,000 on, at most 2 % fewer.
     pub vertices: usize,
     /// H, at least 3 and at most V / 4.
     pub handles: usize,
@@ -27,10 +27,11 @@ impl Size {
 /// K, as in a solve with the usual settings.
 const INFLUENCES: usize = 16;
 
-/// A rig of this size, in centimetres. Its surface is a bulged sheet; strain edges, influences and tangent neighbours are those of a solve, so that
-/// what lies near in the face lies near in memory; basis and weights are smooth functions of about the right magnitude, which devices take
-/// as long for as for solved ones. By the learned method every vertex has the strain edges, anchors and linear band of a solve's, by straight distances;
-/// its settings are not looked at.
+/// A rig of this size, in centimetres. Its surface is a bulged sheet. Strain edges, influences and tangent
+/// neighbours are as from a solve, so vertices near each other in the face are near each other in memory.
+/// Basis and weights are smooth functions of about the right magnitude. Devices need as much time for them as
+/// for solved ones. With the learned method, every vertex has strain edges, anchors and a linear band as from
+/// a solve, by straight distances. The method's settings are ignored.
 pub fn sized_rig(size: Size, method: Method) -> Rig {
     let columns = ((size.vertices as f64).sqrt() as usize).max(2);
     let lines = (size.vertices / columns).max(2);
@@ -104,7 +105,8 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
     Rig::new(parts).and_then(|rig| rig.rounded()).expect("numbers of the right shapes and ranges")
 }
 
-/// A smooth basis that sums to 1 at every vertex: bells of width `spacing`, and a handle's vertex follows it alone. V×H.
+/// A smooth basis that sums to 1 at every vertex, V×H. It has bells of width `spacing`. A handle's vertex
+/// follows only this handle.
 fn basis(rest: &[[f64; 3]], handles: &HandleSet<f64>, spacing: f64) -> Table<f64> {
     let mut basis = Table::filled(rest.len(), handles.len(), 0.0);
     basis.par_rows_mut().zip(rest).for_each(|(row, v)| {

@@ -1,19 +1,20 @@
-//! What the learned method adds to a rig that is made without solving.
+//! The data of the learned method for a rig that is made without a solve.
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{FoldStrains, HandleId, Learned, RigParts, StrainEdgeId, Table};
 
-/// A, as of a solve's vertices.
+/// A, as in a solve.
 const ANCHORS: usize = 8;
 
-/// The part of a vertex's weights that its anchors have.
+/// The share of anchors in a vertex's weights.
 const ANCHORS_SHARE: f64 = 0.1;
 
-/// The influence that is taken off all of a vertex's: the next one beyond those that are kept has as much.
+/// The influence that is subtracted from all of a vertex's influences: that of the first one that is not
+/// kept.
 const THRESHOLD: f64 = 0.025;
 
-/// Gives the rig of the chapter's method the influences, anchors and linear band of the learned one: as the solve has them, but for
-/// distances, which are straight.
+/// Gives the rig of the chapter's method the influences, anchors and linear band of the learned one. They are
+/// as in the solve, except that distances are straight.
 pub(crate) fn learn(parts: &mut RigParts<f64>) {
     let RigParts { surface, handles, examples, influences, .. } = &*parts;
     let (vertices, k) = (surface.rest.len(), influences.per_vertex());
@@ -63,7 +64,7 @@ pub(crate) fn learn(parts: &mut RigParts<f64>) {
     });
 }
 
-/// The `count` smallest numbers with their indices, which ascend, and the next larger one.
+/// The `count` smallest numbers with their indices, which ascend, and the next larger number.
 fn nearest(numbers: impl Iterator<Item = f64>, count: usize) -> (Vec<(usize, f64)>, f64) {
     let mut all: Vec<(usize, f64)> = numbers.enumerate().collect();
     let last = count.min(all.len() - 1);
@@ -74,7 +75,7 @@ fn nearest(numbers: impl Iterator<Item = f64>, count: usize) -> (Vec<(usize, f64
     (all, next)
 }
 
-/// Weights that are in proportion to what `weight` makes of the numbers and add up to `share`.
+/// Puts weights that are proportional to `weight` of the numbers and sum to `share`.
 fn put(near: &[(usize, f64)], weight: impl Fn(f64) -> f64, share: f64, weights: &mut [f64]) {
     let sum: f64 = near.iter().map(|(_, x)| weight(*x)).sum();
     for (to, (_, x)) in weights.iter_mut().zip(near) {

@@ -3,7 +3,7 @@ use crate::curve::{bell, pair, ramp};
 use crate::shape::{BOTTOM, HALF_WIDTH, MOUTH_CUT, MOUTH_LINE, Shape, Site, TOP};
 use glam::DVec3;
 
-/// A point of the neutral skin, with what motions and folds need to know of it.
+/// A point of the neutral skin, with the data that motions and folds need.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Skin {
     /// Its place in the domain.
@@ -14,7 +14,7 @@ pub(crate) struct Skin {
     pub n: DVec3,
     /// 1 on the face's left, -1 on its right, smoothly 0 on the midline.
     pub side: f64,
-    /// How far above (positive) or below the mouth, counted around the corners: jumps at the cut, nowhere else.
+    /// The height above (positive) or below the mouth, measured around the corners. It jumps only at the cut.
     pub from_mouth: f64,
     /// 1 inside the face, 0 at the mesh's outer rim.
     pub inside: f64,
@@ -39,8 +39,8 @@ impl Skin {
     }
 }
 
-/// The height above a cut from -`half` to `half`, along the lines that flow around it: the imaginary part of
-/// √(z² − half²). Its two sides see ±√(half² − x²), its ends 0.
+/// The height above a cut from -`half` to `half`, along the lines that flow around it. It is the imaginary
+/// part of √(z² − half²). At the two sides of the cut it is ±√(half² − x²), and at its ends 0.
 fn around(x: f64, y: f64, half: f64, above: bool) -> f64 {
     let (re, im) = (x * x - y * y - half * half, 2.0 * x * y);
     let height = (0.5 * ((re * re + im * im).sqrt() - re)).max(0.0).sqrt();

@@ -1,4 +1,5 @@
-//! The demo's mesh, handles, examples and performance hold what the solve and the exporters rely on.
+//! The demo's mesh, handles, examples and performance have the properties that the solve and the exporters
+//! need.
 use glam::DVec3;
 use rhytid_core::{Face, Mesh, VertexId};
 use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
@@ -84,7 +85,7 @@ fn is_one_oriented_manifold_with_four_openings() {
     for asked in [2_000, SIZE] {
         let face = rhytid_demo::face(asked);
         let mesh = &face.neutral;
-        // Every directed edge once: at most two faces at an edge, and both wound alike.
+        // Every directed edge occurs once. So an edge has at most two faces, with the same winding.
         assert!(directed_edges(mesh).values().all(|&n| n == 1));
         let around = neighbours(mesh);
         let (mut seen, mut stack) = (vec![false; around.len()], vec![0u32]);
@@ -178,7 +179,7 @@ fn touching_cells(face: &Face) -> usize {
     }
     let mut pairs = BTreeSet::new();
     for f in mesh.faces.iter() {
-        // Cells touch along an edge; four that meet in a corner do not all touch.
+        // Cells touch along an edge. Four cells that meet in a corner do not all touch.
         for (i, j) in [(0, 1), (1, 2), (2, 3), (3, 0)] {
             let (a, b) = (owner[f[i] as usize], owner[f[j] as usize]);
             if a != b {
@@ -196,7 +197,7 @@ fn handles_are_spread_so_that_about_243_cells_touch() {
     assert!((236..=250).contains(&edges), "{edges}");
 }
 
-/// The part of a field that neighbours do not share: minus itself, averaged `rounds` times over neighbours.
+/// The detail of a field: the field minus its average over neighbours, taken `rounds` times.
 fn detail(field: &[DVec3], around: &[BTreeSet<u32>], rounds: usize) -> Vec<DVec3> {
     let mut smooth = field.to_vec();
     for _ in 0..rounds {
@@ -218,7 +219,7 @@ fn examples_move_markers_and_fold_between_them() {
     let mesh = &face.neutral;
     let around = neighbours(mesh);
     let loops = boundary_loops(mesh);
-    // Vertices near a rim, where the smoothing below sees one side only.
+    // Vertices near a rim, where the smoothing below has neighbours on one side only.
     let mut near_rim: BTreeSet<u32> = loops.iter().flatten().copied().collect();
     for _ in 0..7 {
         near_rim = near_rim
@@ -248,7 +249,7 @@ fn examples_move_markers_and_fold_between_them() {
             .fold(0.0, f64::max);
         println!("{}: markers move up to {most:.2} cm, folds up to {deepest:.3} cm", example.name);
         assert!((0.03..0.25).contains(&deepest), "{}: folds of {deepest} cm", example.name);
-        // No face turns over.
+        // No face is flipped.
         let normal = |positions: &dyn Fn(u32) -> DVec3, f: &[u32]| {
             (positions(f[2]) - positions(f[0])).cross(positions(f[3]) - positions(f[1]))
         };
@@ -338,7 +339,7 @@ fn the_performance_starts_and_ends_at_rest_and_passes_through_the_examples() {
     let rest = markers(&face.neutral.positions);
     assert_eq!(frames[0], rest);
     assert_eq!(frames[take.frames() - 1], rest);
-    // No jumps: below what a blink does in a frame.
+    // There are no jumps: the motion in a frame is less than that of a blink.
     assert!(frames.windows(2).all(|w| farthest(w[0], w[1]) < 0.5));
     for example in &face.examples {
         let apex = markers(&example.positions);

@@ -1,5 +1,5 @@
-//! The list of backends, the only one: what the program, conformance and the benchmarks choose from. A new backend is one line
-//! in [`BACKENDS`].
+//! The only list of backends. The program, conformance and the benchmarks choose from it. A new backend is
+//! one line in [`BACKENDS`].
 //!
 //! ```
 //! use rhytid_devices::backends;
@@ -16,7 +16,7 @@
 //! ```
 use rhytid_core::{Backend, Device, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result};
 
-/// A backend, whatever its type.
+/// A backend, without its type.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
     /// [`Backend::NAME`].
@@ -55,12 +55,12 @@ pub const LEFT_OUT: &[(&str, &str)] = &[
     ("wgpu", "build with --features wgpu"),
 ];
 
-/// What is there on this machine.
+/// The devices of this machine.
 #[derive(Debug)]
 pub struct Found {
     /// Every device, in the order of [`BACKENDS`].
     pub devices: Vec<DeviceInfo>,
-    /// Backends whose driver is there and fails, and how: the others still work.
+    /// Backends whose driver is present and fails, with the error. The others still work.
     pub failed: Vec<(&'static str, Error)>,
 }
 
@@ -74,8 +74,8 @@ pub struct Missing {
 }
 
 impl Found {
-    /// The backends that have no device: those without a driver, those whose driver fails, and those that this program
-    /// was built without.
+    /// The backends that have no device: those without a driver, those whose driver fails, and those that
+    /// this program was built without.
     pub fn missing(&self) -> Vec<Missing> {
         let mut missing = Vec::new();
         for &Entry { name, .. } in BACKENDS {
@@ -93,7 +93,7 @@ impl Found {
     }
 }
 
-/// What a backend without devices lacks.
+/// What a backend without devices lacks, and how to get it.
 fn how_to_get(backend: &str) -> &'static str {
     match backend {
         "vulkan" => {
@@ -112,43 +112,44 @@ fn how_to_get(backend: &str) -> &'static str {
     }
 }
 
-/// The names of all backends, those that this program was built without too.
+/// The names of all backends, including those that this program was built without.
 pub fn names() -> Vec<&'static str> {
     BACKENDS.iter().map(|backend| backend.name).chain(LEFT_OUT.iter().map(|(name, _)| *name)).collect()
 }
 
-/// The device with this id, if it is there. Looks at its own backend alone: the others' drivers are not touched.
+/// The device with this id, if it is present. Only its own backend is asked: drivers of others are not
+/// touched.
 pub fn find(id: &str) -> Option<DeviceInfo> {
     let backend = BACKENDS.iter().find(|backend| id.split(':').next() == Some(backend.name))?;
     (backend.devices)().ok()?.into_iter().find(|device| device.id() == id)
 }
 
-/// The device with this id, or the first of a backend that is named alone.
+/// The device with this id. If only a backend is named, its first device.
 ///
 /// # Errors
-/// [`Error::Device`] lists those present: a device asked for and absent is never replaced by another.
+/// [`Error::Device`] lists the devices that are present. An absent device is never replaced by another.
 pub fn named(id: &str) -> Result<DeviceInfo> {
     let mut present = devices().devices;
     let found = present.iter().position(|device| device.id() == id || device.backend == id);
     found.map(|i| present.swap_remove(i)).ok_or_else(|| absent(id, &present))
 }
 
-/// The device that a program takes which asks for none: the first GPU with memory of its own, else any other GPU, else the
-/// processor. Nothing is tried on it; `choose_devices` does that.
+/// The device for a program that asks for none: the first GPU with memory of its own, else any other GPU,
+/// else the processor. The device is not tried; `choose_devices` does that.
 ///
 /// # Errors
-/// [`Error::Device`] says what each backend lacks, where no device is here.
+/// [`Error::Device`] says what each backend lacks, if there is no device.
 pub fn first() -> Result<DeviceInfo> {
     let found = devices();
     let rank = |device: &DeviceInfo| match device.kind {
         DeviceKind::DiscreteGpu => 0,
         DeviceKind::IntegratedGpu => 1,
         DeviceKind::VirtualGpu => 2,
-        // A driver for processors is slower than the backend that is made for them.
+        // A driver for processors is slower than the backend `cpu`.
         DeviceKind::Cpu if device.backend == "cpu" => 3,
         _ => 4,
     };
-    // Of equals the first in the order of the list.
+    // Of equal ones, the first in the order of the list.
     let best = found.devices.iter().min_by_key(|device| rank(device)).cloned();
     best.ok_or_else(|| {
         let lacks = |missing: Missing| format!("{}: {}", missing.backend, missing.why);
@@ -158,7 +159,7 @@ pub fn first() -> Result<DeviceInfo> {
     })
 }
 
-/// What is said where the device that was asked for is not among those present.
+/// The error if the requested device is not present.
 pub(crate) fn absent(id: &str, present: &[DeviceInfo]) -> Error {
     let backend = id.split(':').next().unwrap_or_default();
     let list: Vec<String> = present.iter().map(|d| format!("{} ({})", d.id(), d.name)).collect();

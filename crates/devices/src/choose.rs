@@ -1,7 +1,7 @@
 //! The choice of a device: one by its id, or `auto`, the fastest that passes the quick conformance suite.
 //!
-//! A processor behind a GPU's API is not even tried where the processor itself passes: the two do the same work on the same
-//! cores about as fast, so that chance would choose between them, and with them between two roundings.
+//! A processor behind a GPU's API is not tried if the processor itself passes. Both do the same work on the
+//! same cores about equally fast. So chance would choose between them, and between their different roundings.
 
 use crate::backends;
 use crate::guard::Guard;
@@ -30,20 +30,30 @@ pub fn find_device(id: &str, guard: Guard) -> Result<DeviceInfo> {
     Err(backends::absent(id, &found.devices))
 }
 
-/// Devices to evaluate on, the one to take first; those behind it are for when it fails.
+/// Devices for evaluation. The first is to be used; the others are for the case that it fails.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// At least one.
     pub devices: Vec<DeviceInfo>,
-    /// Why the first is the first, as a phrase that begins with its id; `None` where it was asked for by its id.
-    pub reason: Option<String>,
+    /// Why the first device was chosen. `None` if it was requested by its id.
+    pub reason: Option<Reason>,
 }
 
-/// The device with the id `wanted`; for `auto` those that pass the quick conformance suite, fastest first. A device is tried once
-/// for each version of its driver and of this program; the outcome is kept in the user's cache folder.
+/// Why `auto` chose a device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reason {
+    /// The device and its speed: `cpu:0 (AMD EPYC), 364 frames/s`.
+    pub device: String,
+    /// Sentences about the devices with which it was compared.
+    pub details: String,
+}
+
+/// The device with the id `wanted`. For `auto`, the devices that pass the quick conformance suite, fastest
+/// first. A device is tried once for each version of its driver and of this program. The result is kept in
+/// the user's cache folder.
 ///
 /// # Errors
-/// As [`find_device`]; for `auto` [`Error::Device`] if none passes, and [`Error::Cancelled`].
+/// As [`find_device`]. For `auto`, [`Error::Device`] if none passes, and [`Error::Cancelled`].
 pub fn choose_devices(wanted: &str, guard: Guard, progress: &dyn Progress) -> Result<Choice> {
     if wanted == "auto" {
         return auto(guard, progress);
@@ -51,20 +61,21 @@ pub fn choose_devices(wanted: &str, guard: Guard, progress: &dyn Progress) -> Re
     Ok(Choice { devices: vec![find_device(wanted, guard)?], reason: None })
 }
 
-/// Every device here, looked at anew: what `auto` remembers of devices and drivers that failed is forgotten.
+/// Looks for every device of this machine again. All that `auto` remembers of failed devices and drivers is
+/// forgotten.
 pub fn devices(guard: Guard) -> backends::Found {
     if let Some(path) = cache_file() {
         let mut known = read_cache(&path);
         let before = known.clone();
         known.broken.clear();
         known.devices.retain(|trial| trial.failed.is_empty());
-        // Where it cannot be forgotten, it could not have been remembered.
+        // If the cache cannot be written, nothing was remembered either.
         let _ = if known == before { Ok(()) } else { write_cache(&path, &known) };
     }
     listing::devices_but(guard, &[])
 }
 
-/// A backend whose driver fails is a warning, since the others still work.
+/// Warns of backends whose driver fails. It is no error, since the others still work.
 fn warn(found: &backends::Found, progress: &dyn Progress) {
     for (backend, error) in &found.failed {
         let warning = Warning::from(format!("the backend {backend} is left out: {error}"));
@@ -79,7 +90,7 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
     let before = known.clone();
     let mut found = remembering(&mut known, guard);
     warn(&found, progress);
-    // The processor first: where it passes, software drivers are not tried.
+    // The processor comes first: if it passes, software drivers are not tried.
     found.devices.sort_by_key(|device| (device.is_software_driver(), device.backend != "cpu"));
     let (total, mut tried) = (found.devices.len(), Vec::<(DeviceInfo, Trial)>::new());
     let mut untried = 0;
@@ -107,11 +118,10 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
             log::warn!("what was found out about the devices is not cached: {error}");
         }
     }
-    let (devices, reason) = rank(tried, untried, progress)?;
-    Ok(Choice { devices, reason: Some(reason) })
+    rank(tried, untried, progress)
 }
 
-/// The devices that are here; what failed before with the drivers that are installed now is not looked at again.
+/// The devices of this machine. Backends that failed before with the same installed drivers are left out.
 fn remembering(known: &mut Cache, guard: Guard) -> backends::Found {
     let installed = manifests::installed();
     known.broken.retain(|broken| broken.installed == installed);
@@ -130,13 +140,9 @@ fn remembering(known: &mut Cache, guard: Guard) -> backends::Found {
     found
 }
 
-/// Fastest first, without those that failed and with software drivers last, and a sentence that says why the first is the first;
-/// `untried` of them were not looked at.
-fn rank(
-    mut tried: Vec<(DeviceInfo, Trial)>,
-    untried: usize,
-    progress: &dyn Progress,
-) -> Result<(Vec<DeviceInfo>, String)> {
+/// The devices that passed, fastest first, with software drivers last. `untried` is the number of software
+/// drivers that were not tried.
+fn rank(mut tried: Vec<(DeviceInfo, Trial)>, untried: usize, progress: &dyn Progress) -> Result<Choice> {
     let total = tried.len() + untried;
     let failed: Vec<String> = tried
         .iter()
@@ -163,23 +169,21 @@ fn rank(
         });
     };
     let software = tried.iter().filter(|(device, _)| device.is_software_driver()).count();
-    let (peers, last) = match (tried.len() - software, software) {
-        (0, software) => (software, String::new()),
-        (peers, 0) => (peers, String::new()),
-        (peers, software) => (peers, format!("; software drivers come last: {software}")),
-    };
-    let last = if untried > 0 {
-        format!("; {untried} behind which is the processor too are not tried")
-    } else {
-        last
-    };
-    let why = format!(
-        "{} ({}): the fastest of {peers} that pass the quick conformance suite ({total} found{last}), {:.0} frames/s of 65,536 vertices",
-        first.id(),
-        first.name,
-        best.frames_per_second
+    // Software drivers are compared with each other if there are no other devices.
+    let compared = if software < tried.len() { tried.len() - software } else { software };
+    let mut details = format!(
+        "{} is the fastest of {compared} devices that pass the quick conformance suite, with frames of 65,536 \
+         vertices. {total} devices were found.",
+        first.id()
     );
-    Ok((tried.into_iter().map(|(device, _)| device).collect(), why))
+    if untried > 0 {
+        details += &format!(" {untried} software drivers were not tried: they run on the processor too.");
+    } else if software > 0 && software < tried.len() {
+        details += &format!(" {software} software drivers come last.");
+    }
+    let device = format!("{} ({}), {:.0} frames/s", first.id(), first.name, best.frames_per_second);
+    let devices = tried.into_iter().map(|(device, _)| device).collect();
+    Ok(Choice { devices, reason: Some(Reason { device, details }) })
 }
 
 #[cfg(test)]
@@ -207,6 +211,10 @@ mod tests {
         (device, tried)
     }
 
+    fn names(choice: &Choice) -> Vec<&str> {
+        choice.devices.iter().map(|device| device.name.as_str()).collect()
+    }
+
     #[test]
     fn the_fastest_that_passes_comes_first() {
         let all = vec![
@@ -215,14 +223,18 @@ mod tests {
             tried("wrong", 5000.0, &["normals/holes"]),
             tried("middling", 200.0, &[]),
         ];
-        let (devices, why) = rank(all, 0, &NoProgress).unwrap();
-        let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
-        assert_eq!(names, ["fast", "middling", "slow"]);
-        assert!(why.contains("fast") && why.contains("fastest of 3") && why.contains("4 found"), "{why}");
+        let choice = rank(all, 0, &NoProgress).unwrap();
+        assert_eq!(names(&choice), ["fast", "middling", "slow"]);
+        let Reason { device, details } = choice.reason.unwrap();
+        assert!(device.ends_with("(fast), 900 frames/s"), "{device}");
+        assert!(
+            details.contains("fastest of 3 devices") && details.contains("4 devices were found"),
+            "{details}"
+        );
     }
 
-    /// What a software driver shows as a GPU computes on the same cores as the CPU backend: which of them is faster today must
-    /// not decide about the bits.
+    /// A software driver that appears as a GPU computes on the same cores as the CPU backend. Which of them
+    /// is faster by chance must not decide about the bits.
     #[test]
     fn software_drivers_come_after_the_cpu_backend_and_gpus() {
         let [mut pocl, mut lavapipe] = [tried("pocl", 900.0, &[]), tried("lavapipe", 950.0, &[])];
@@ -232,17 +244,18 @@ mod tests {
         (cpu.0.backend, cpu.0.kind) = ("cpu", DeviceKind::Cpu);
         let gpu = tried("gpu", 100.0, &[]);
 
-        let (devices, why) = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu], 0, &NoProgress).unwrap();
-        let names: Vec<&str> = devices.iter().map(|device| device.name.as_str()).collect();
-        assert_eq!(names, ["processor", "gpu", "lavapipe", "pocl"]);
+        let choice = rank(vec![pocl.clone(), gpu, lavapipe.clone(), cpu], 0, &NoProgress).unwrap();
+        assert_eq!(names(&choice), ["processor", "gpu", "lavapipe", "pocl"]);
+        let details = choice.reason.unwrap().details;
         assert!(
-            why.contains("fastest of 2") && why.contains("4 found; software drivers come last: 2"),
-            "{why}"
+            details.contains("fastest of 2") && details.ends_with("2 software drivers come last."),
+            "{details}"
         );
 
-        let (devices, why) = rank(vec![pocl, lavapipe], 0, &NoProgress).unwrap();
-        assert_eq!(devices[0].name, "lavapipe");
-        assert!(why.contains("fastest of 2") && !why.contains("come last"), "{why}");
+        let choice = rank(vec![pocl, lavapipe], 0, &NoProgress).unwrap();
+        assert_eq!(names(&choice), ["lavapipe", "pocl"]);
+        let details = choice.reason.unwrap().details;
+        assert!(details.contains("fastest of 2") && !details.contains("come last"), "{details}");
     }
 
     #[test]

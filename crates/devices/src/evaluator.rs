@@ -7,7 +7,7 @@ use rhytid_core::{
 use std::collections::VecDeque;
 use std::iter;
 
-/// Opens a device: [`crate::backends::open`], but for tests.
+/// Opens a device: [`crate::backends::open`], except in tests.
 pub type Open<'a> = &'a (dyn Fn(&DeviceInfo) -> Result<Device> + Sync);
 
 /// A rig on a device, and the devices to fall back on.
@@ -20,10 +20,11 @@ pub struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// Makes `rig` resident on the first of `devices` that has room for it; the others are kept for later.
+    /// Makes `rig` resident on the first of `devices` that has room for it. The devices behind it are kept
+    /// for later.
     ///
     /// # Errors
-    /// The last device's, if none has; [`Error::Internal`] if there is none at all.
+    /// The last device's error, if none has room; [`Error::Internal`] if there are no devices.
     pub fn new(rig: &'a Rig, options: UploadOptions, devices: &[DeviceInfo], open: Open<'a>) -> Result<Self> {
         let mut next: VecDeque<DeviceInfo> = devices.iter().cloned().collect();
         let none = || Error::Internal("no device to evaluate on".into());
@@ -31,7 +32,8 @@ impl<'a> Evaluator<'a> {
         Ok(Self { rig, options, open, current, next })
     }
 
-    /// Makes a part of the rig, with all of its handles, resident on the device that evaluates now, with the same devices to fall back on.
+    /// Makes a part of the rig, with all of its handles, resident on the present device. It has the same
+    /// devices to fall back on.
     ///
     /// # Errors
     /// As [`Evaluator::new`].
@@ -48,11 +50,11 @@ impl<'a> Evaluator<'a> {
         &self.current.info
     }
 
-    /// Evaluates a batch of frames × H handle positions and reads `stages` of it into `results`, one each. A device that fails on
-    /// the way is left for the next one, which evaluates the whole batch again: `results` is of one device.
+    /// Evaluates a batch of frames × H handle positions and reads `stages` of it into `results`, one each. If
+    /// a device fails, the next one evaluates the whole batch again. So `results` comes from one device.
     ///
     /// # Errors
-    /// As [`Animator::evaluate`], when there is no device to fall back on.
+    /// As [`Animator::evaluate`], if there is no further device to fall back on.
     pub fn evaluate(
         &mut self,
         handle_positions: &[f32],
@@ -78,7 +80,7 @@ struct Current<'a> {
 }
 
 impl<'a> Current<'a> {
-    /// Uploads `rig` to a device, which has to do a frame of it as the processor does.
+    /// Uploads `rig` to a device. The device must compute a frame of it as the processor does.
     fn new(rig: &'a Rig, options: UploadOptions, info: DeviceInfo, open: Open<'_>) -> Result<Self> {
         let mut animator = open(&info)?.upload(rig, options)?;
         let watch = Watch::begin(rig, options, &info, &mut animator)?;
@@ -102,12 +104,13 @@ impl<'a> Current<'a> {
     }
 }
 
-/// Another device may do better: this one was lost, is full or otherwise at fault.
+/// Whether another device may succeed: this one was lost, is full or is otherwise at fault.
 fn is_of_the_device(error: &Error) -> bool {
     matches!(error, Error::Device { .. })
 }
 
-/// The first of `next` that takes the rig, each being taken from the queue; `error` is why the last one was given up.
+/// Uploads to the first device of `next` that accepts the rig. Devices are removed from the queue. `error` is
+/// the failure of the last device.
 fn upload_to_next<'a>(
     rig: &'a Rig,
     options: UploadOptions,
@@ -128,7 +131,7 @@ fn upload_to_next<'a>(
     Err(advised(error))
 }
 
-/// What the user can do where no other device is left.
+/// Adds what the user can do, if no other device is left.
 fn advised(error: Error) -> Error {
     match error {
         Error::Device { kind: kind @ DeviceErrorKind::OutOfMemory, device, message } => {
@@ -153,7 +156,7 @@ mod tests {
 
     const STAGES: [Stage; 2] = [Stage::Positions, Stage::Normals];
 
-    /// All frames of the demo's performance in batches of five, as the devices give them one after the other.
+    /// All frames of the demo's performance in batches of five, evaluated with fall-back by these devices.
     fn play(devices: &[&str]) -> (Result<[Vec<f32>; 2]>, String) {
         let face = rhytid_demo::face(1_000);
         let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();

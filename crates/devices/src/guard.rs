@@ -1,5 +1,5 @@
-//! Drivers that are not known yet are looked at in processes of their own: one that crashes, hangs or ends its process takes
-//! no more than that with it.
+//! Unknown drivers are tried in child processes. A driver that crashes, hangs or ends its process then ends
+//! only that process.
 
 use rhytid_core::{DeviceErrorKind, Error, Progress, Result};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -8,40 +8,42 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// A child that says nothing for so long is hanging: several times what a slow driver takes on a busy machine.
+/// A child that is silent for this long is hanging. It is several times what a slow driver needs on a busy
+/// machine.
 pub const PATIENCE: Duration = Duration::from_secs(6);
 
-/// Its last line, without which the child was cut short.
+/// The last line of a child. Without it, the child ended early.
 const END: &str = "rhytid: done";
-/// Begins lines that are no answer, but tell that work goes on.
+/// The prefix of lines that are no answer, but say that work goes on.
 const SIGN: &str = "rhytid: ";
-/// Begins lines of the answer. Others are a driver's.
+/// The prefix of lines of the answer. Lines without a prefix come from a driver.
 const ANSWER: &str = "rhytid| ";
 
-/// What stands between this process and drivers.
+/// The protection of this process from drivers.
 #[derive(Debug, Clone, Copy)]
 pub struct Guard {
     child: Option<fn() -> Command>,
 }
 
 impl Guard {
-    /// Drivers are looked at in this process, which ends if one of them makes it.
+    /// Drivers are tried in this process, and can end it.
     pub const NONE: Self = Self { child: None };
 
-    /// Drivers are looked at in children that `command` starts: this program again, whose `main` hands the arguments that are
-    /// added there to [`crate::answer`], and prints nothing else on standard output.
+    /// Drivers are tried in children that `command` starts. The command is this program again. Its `main`
+    /// passes the arguments that are added there to [`crate::answer`], and prints nothing else on standard
+    /// output.
     pub const fn new(command: fn() -> Command) -> Self {
         Self { child: Some(command) }
     }
 
-    /// Whether there are children.
+    /// Whether drivers are tried in children.
     pub fn is_on(self) -> bool {
         self.child.is_some()
     }
 
-    /// What a child answers to `request`; `device` is named in errors, and the child's environment
-    /// gets these `variables`. It may say nothing for [`PATIENCE`], and behind each of its
-    /// [`Signs`] for as long as `sign`, which is called with it, says.
+    /// The answer of a child to `request`. `device` is named in errors, and the child's environment gets
+    /// these `variables`. The child may be silent for [`PATIENCE`]. After each [`Heartbeat`], it may be
+    /// silent for as long as `sign` returns, which is called with the heartbeat.
     ///
     /// # Errors
     /// [`Error::Device`] says how the child ended without an answer; [`Error::Cancelled`].
@@ -96,7 +98,7 @@ impl Guard {
             }
         }
         if ended {
-            // What a driver does when its process ends is of no interest.
+            // A driver's fault at the end of its process does not matter.
             return Ok(answer);
         }
         while heard.elapsed() <= patience {
@@ -109,19 +111,19 @@ impl Guard {
     }
 }
 
-/// Signs of life, from the child to whoever waits for it.
+/// The heartbeat of a child: signs of life for the process that waits.
 #[derive(Debug, Clone, Copy)]
-pub struct Signs;
+pub struct Heartbeat;
 
-impl Signs {
-    /// Tells a sign, one line.
+impl Heartbeat {
+    /// Sends a sign of one line.
     pub fn tell(self, text: &str) {
-        // Whoever no longer listens has ended this process, or will.
+        // A parent that no longer listens has ended this process, or will end it.
         let mut out = std::io::stdout().lock();
         let _ = writeln!(out, "{SIGN}{text}").and_then(|()| out.flush());
     }
 
-    /// Tells the answer, and that it is whole.
+    /// Sends the answer, and the mark that it is complete.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -134,23 +136,23 @@ impl Signs {
     }
 }
 
-/// Ends with whoever waits for it.
+/// A child that is killed when the value that waits for it is dropped.
 struct Killed(Child);
 
 impl Drop for Killed {
     fn drop(&mut self) {
-        // Of one that has ended already there is nothing to kill.
+        // A child that has ended already need not be killed.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
 }
 
-/// The lines of a child's standard output, as they come.
+/// The lines of a child's standard output, as they arrive.
 fn lines(child: &mut Child) -> Receiver<String> {
     let (send, receive) = channel();
     if let Some(out) = child.stdout.take() {
         std::thread::spawn(move || {
-            // No line of an answer is longer.
+            // No answer is longer than this.
             let mut out = BufReader::new(out.take(1 << 28));
             let mut line = String::new();
             while matches!(out.read_line(&mut line), Ok(read) if read > 0) {
@@ -212,7 +214,7 @@ mod tests {
     fn an_answer_is_taken_only_if_it_is_whole() {
         let whole = asked("echo 'rhytid: 1'; echo 'rhytid| first'; echo chatter; echo 'rhytid| second'; echo 'rhytid: done'").unwrap();
         assert_eq!(whole, ("first\nsecond\n".into(), vec!["1".into()]));
-        // What a driver does at the end is of no interest.
+        // A driver's fault at the end does not matter.
         asked("echo first; echo 'rhytid: done'; kill -SEGV $$").unwrap();
         for (script, why) in [
             ("echo first", "with exit code 0"),

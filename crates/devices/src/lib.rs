@@ -1,8 +1,9 @@
-//! Devices: the list of backends, which device to take, and what is done when one fails.
+//! Devices: the list of backends, the choice of a device, and fall-back when a device fails.
 //!
-//! [`backends`] lists what is there and opens it, no more: all that a game needs. The rest is the feature `choose`:
-//! [`choose_devices`] tries devices in child processes, and orders those that compute what the reference does by their speed. An
-//! [`Evaluator`] goes on with the next device when one fails, and watches each by a [`Watch`].
+//! [`backends`] lists devices and opens them. A game needs no more. The rest is the feature `choose`. There,
+//! [`choose_devices`] tries devices in child processes. It orders the devices that agree with the reference
+//! by their speed. An [`Evaluator`] continues with the next device when one fails, and checks each device by
+//! a [`Watch`].
 //!
 //! ```
 //! use rhytid_core::NoProgress;
@@ -14,7 +15,8 @@
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
 //!
-//! Each backend's own types, for hosts that hand in their device or take its buffers, are in the module of its name.
+//! Each backend's own types are in the module of its name. Hosts need them to lend their device or to use its
+//! buffers.
 #![forbid(unsafe_code)]
 
 #[cfg(feature = "cpu")]
@@ -43,11 +45,11 @@ mod trial;
 mod watch;
 
 #[cfg(feature = "choose")]
-pub use choose::{Choice, choose_devices, devices, find_device};
+pub use choose::{Choice, Reason, choose_devices, devices, find_device};
 #[cfg(feature = "choose")]
 pub use evaluator::{Evaluator, Open};
 #[cfg(feature = "choose")]
-pub use guard::{Guard, PATIENCE, Signs};
+pub use guard::{Guard, Heartbeat, PATIENCE};
 #[cfg(feature = "choose")]
 pub use listing::answer;
 #[cfg(feature = "choose")]

@@ -1,13 +1,14 @@
-//! Which devices there are, seen from behind a [`Guard`].
+//! The list of devices, obtained through a [`Guard`].
 
 use crate::backends::{BACKENDS, Entry, Found};
-use crate::guard::{Guard, PATIENCE, Signs};
+use crate::guard::{Guard, Heartbeat, PATIENCE};
 use crate::{manifests, trial};
 use rhytid_core::{DeviceErrorKind, DeviceInfo, DeviceKind, Error, NoProgress, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Every device here but those of the backends `left_out`, each backend looked at by itself, at the same time.
+/// Every device of this machine except those of the backends `left_out`. Each backend is asked separately,
+/// all at the same time.
 pub(crate) fn devices_but(guard: Guard, left_out: &[String]) -> Found {
     let wanted = || BACKENDS.iter().filter(|entry| !left_out.iter().any(|name| name == entry.name));
     let listed: Vec<_> = if guard.is_on() {
@@ -33,7 +34,7 @@ pub(crate) fn devices_but(guard: Guard, left_out: &[String]) -> Found {
     found
 }
 
-/// The devices of one backend; `None` if there is no such backend in this program.
+/// The devices of one backend. `None` if this program has no such backend.
 pub(crate) fn list(backend: &str, guard: Guard) -> Option<Result<Vec<DeviceInfo>>> {
     BACKENDS.iter().find(|entry| entry.name == backend).map(|entry| list_one(entry, guard))
 }
@@ -55,7 +56,7 @@ fn ask(backend: &str, variables: &[(&str, &Path)], guard: Guard) -> Result<Strin
     guard.ask(&["list", backend], backend, variables, &NoProgress, |_| PATIENCE)
 }
 
-/// `error`, with the drivers that alone make looking at the backend fail, and how to do without them.
+/// `error`, with the drivers that make the backend fail even when they are alone, and how to avoid them.
 fn culprits(backend: &str, error: Error, guard: Guard) -> Error {
     let drivers = manifests::drivers(backend);
     let fails: Vec<&PathBuf> = std::thread::scope(|scope| {
@@ -76,14 +77,14 @@ fn culprits(backend: &str, error: Error, guard: Guard) -> Error {
     failure(backend, format!("{}: that of {}; {remedy}", message_of(&error), names.join(" and ")))
 }
 
-/// What a child answers.
+/// The answer of a child.
 #[derive(Serialize, Deserialize)]
 enum Listed {
     Devices(Vec<ListedDevice>),
     Failed(String),
 }
 
-/// A [`DeviceInfo`] whose backend is known.
+/// A [`DeviceInfo`] without its backend, which is known.
 #[derive(Serialize, Deserialize)]
 struct ListedDevice {
     index: usize,
@@ -95,7 +96,7 @@ struct ListedDevice {
 }
 
 impl ListedDevice {
-    fn of(info: DeviceInfo) -> Self {
+    fn new(info: DeviceInfo) -> Self {
         let DeviceInfo { index, name, driver, kind, memory_bytes, max_binding_bytes, .. } = info;
         Self { index, name, driver, kind, memory_bytes, max_binding_bytes }
     }
@@ -106,11 +107,12 @@ impl ListedDevice {
     }
 }
 
-/// The child's side of a [`Guard`]: `request` is what its command was given behind its own arguments, `list BACKEND` or
-/// `try DEVICE`.
+/// The child's side of a [`Guard`]. `request` has the arguments that were added to its command: `list
+/// BACKEND` or `try DEVICE`.
 ///
 /// # Errors
-/// [`Error::Input`] if it is neither, [`Error::Device`] if there is no such device, [`Error::Io`] if nobody listens.
+/// [`Error::Input`] if it is neither, [`Error::Device`] if there is no such device, [`Error::Io`] if the
+/// parent no longer listens.
 pub fn answer(request: &[String]) -> Result<()> {
     let unknown = || Error::input(format!("{}: no request of a guard", request.join(" ")));
     let [what, of] = request else { return Err(unknown()) };
@@ -124,13 +126,13 @@ pub fn answer(request: &[String]) -> Result<()> {
     }
     let entry = BACKENDS.iter().find(|entry| what == "list" && entry.name == of).ok_or_else(unknown)?;
     let listed = match (entry.devices)() {
-        Ok(devices) => Listed::Devices(devices.into_iter().map(ListedDevice::of).collect()),
+        Ok(devices) => Listed::Devices(devices.into_iter().map(ListedDevice::new).collect()),
         Err(error) => Listed::Failed(message_of(&error)),
     };
-    Signs.answer(&serde_json::to_string(&listed).map_err(|error| Error::Internal(error.to_string()))?)
+    Heartbeat.answer(&serde_json::to_string(&listed).map_err(|error| Error::Internal(error.to_string()))?)
 }
 
-/// A backend's drivers failed.
+/// The error of a backend whose drivers failed.
 pub(crate) fn failure(backend: &str, message: String) -> Error {
     Error::Device { kind: DeviceErrorKind::Driver, device: backend.to_owned(), message }
 }

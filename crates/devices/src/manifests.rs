@@ -1,4 +1,4 @@
-//! Where drivers say that they are installed, by the conventions of the loaders of Vulkan, OpenCL and EGL.
+//! The manifests of installed drivers, by the conventions of the loaders of Vulkan, OpenCL and EGL.
 
 use std::ffi::{OsStr, OsString};
 use std::fmt::Write;
@@ -7,7 +7,7 @@ use std::time::UNIX_EPOCH;
 
 const VULKAN: [&str; 3] = ["/usr/share/vulkan/icd.d", "/usr/local/share/vulkan/icd.d", "/etc/vulkan/icd.d"];
 const OPENCL: &str = "/etc/OpenCL/vendors";
-/// Others that make a difference.
+/// Other folders that make a difference.
 const FURTHER: [&str; 4] = [
     "/usr/share/vulkan/implicit_layer.d",
     "/etc/vulkan/implicit_layer.d",
@@ -15,12 +15,13 @@ const FURTHER: [&str; 4] = [
     "/etc/glvnd/egl_vendor.d",
 ];
 
-/// Vulkan's loader takes the first of these that is set instead of its folders; older ones know the second only.
+/// Vulkan's loader uses the first of these that is set instead of its folders. Older loaders know only the
+/// second.
 const VULKAN_FILES: [&str; 2] = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"];
-/// Beside its folders, where none of those is set.
+/// Used in addition to its folders, if none of those is set.
 const VULKAN_ADDED: &str = "VK_ADD_DRIVER_FILES";
 const OPENCL_FOLDER: &str = "OCL_ICD_VENDORS";
-/// Others that make a difference.
+/// Other variables that make a difference.
 const VARIABLES: [&str; 5] = [
     "VK_LOADER_DRIVERS_DISABLE",
     "VK_LOADER_DRIVERS_SELECT",
@@ -63,7 +64,7 @@ fn drivers_by(backend: &str, variable: impl Fn(&str) -> Option<OsString>) -> Vec
     files
 }
 
-/// The variables with which a loader sees this driver only.
+/// The variables that make a loader see only this driver.
 pub(crate) fn alone<'a>(backend: &str, driver: &'a Path) -> Vec<(&'static str, &'a Path)> {
     match backend {
         "vulkan" => VULKAN_FILES.iter().map(|name| (*name, driver)).collect(),
@@ -71,7 +72,7 @@ pub(crate) fn alone<'a>(backend: &str, driver: &'a Path) -> Vec<(&'static str, &
     }
 }
 
-/// What to do without these drivers.
+/// How to avoid these drivers.
 pub(crate) fn remedy(backend: &str, drivers: &[&PathBuf]) -> String {
     if backend == "vulkan" {
         let names: Vec<String> =
@@ -82,7 +83,8 @@ pub(crate) fn remedy(backend: &str, drivers: &[&PathBuf]) -> String {
     }
 }
 
-/// The drivers that are installed now, and when each was: as long as that is the same, so is what they do.
+/// The drivers that are installed now, with the time of each. While this text stays the same, the drivers
+/// behave the same.
 pub(crate) fn installed() -> String {
     let mut text = String::new();
     for variable in VULKAN_FILES.iter().chain([&VULKAN_ADDED, &OPENCL_FOLDER]).chain(&VARIABLES) {
@@ -131,7 +133,7 @@ mod tests {
         assert_eq!(found(&[]), with(&[&own]));
         let (a, b) = (Path::new("/x/a.json"), Path::new("/x/b.json"));
         assert_eq!(found(&[("VK_ADD_DRIVER_FILES", "/x/a.json:/x/b.json")]), with(&[a, b, &own]));
-        // Which replaces all of them.
+        // This variable replaces all of them.
         assert_eq!(found(&[("VK_ADD_DRIVER_FILES", "/x/a.json"), ("VK_ICD_FILENAMES", "/x/b.json")]), [b]);
     }
 }

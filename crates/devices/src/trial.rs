@@ -1,7 +1,7 @@
-//! What is found out about a device: whether it passes the quick conformance suite, and how fast it is. It is kept in the user's
-//! cache folder for each version of its driver and of this program.
+//! The trial of a device: whether it passes the quick conformance suite, and how fast it is. The result is
+//! kept in the user's cache folder for each version of its driver and of this program.
 
-use crate::guard::{Guard, PATIENCE, Signs};
+use crate::guard::{Guard, Heartbeat, PATIENCE};
 use crate::listing::message_of;
 use etcetera::BaseStrategy;
 use rhytid_conformance::{COMMIT, Suite, run_device, timing_case};
@@ -11,7 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// What was found out about a device.
+/// The result of the trial of a device.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Trial {
     pub(crate) backend: String,
@@ -19,12 +19,12 @@ pub(crate) struct Trial {
     pub(crate) driver: String,
     /// What failed: `kernel/case`, or the device's error without its name. Empty where everything passed.
     pub(crate) failed: Vec<String>,
-    /// Of a face of 65,536 vertices with positions and normals read back; 0 where something failed.
+    /// The speed for a face of 65,536 vertices with positions and normals read back. 0 if the trial failed.
     pub(crate) frames_per_second: f64,
 }
 
 impl Trial {
-    /// From the frames per second of a device that passes, or what failed.
+    /// From the frames per second of a device that passes, or from its failures.
     fn new(info: &DeviceInfo, outcome: Result<f64, Vec<String>>) -> Self {
         let (failed, frames_per_second) = match outcome {
             Ok(speed) => (Vec::new(), speed),
@@ -50,11 +50,11 @@ pub(crate) struct Broken {
     pub(crate) backend: String,
     /// As [`crate::manifests::drivers`] has them.
     pub(crate) installed: String,
-    /// What happened.
+    /// The reason.
     pub(crate) why: String,
 }
 
-/// What lies in the cache folder.
+/// The contents of the file in the cache folder.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Cache {
     program: String,
@@ -63,7 +63,8 @@ pub(crate) struct Cache {
     pub(crate) broken: Vec<Broken>,
 }
 
-/// Tries a device behind `guard`; the processor needs none. A driver that ends its process has failed.
+/// Tries a device behind `guard`, which the processor does not need. A driver that ends its process has
+/// failed.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
@@ -80,16 +81,17 @@ pub(crate) fn try_guarded(info: &DeviceInfo, guard: Guard, progress: &dyn Progre
     }
 }
 
-/// The same for whoever waits on the other side.
+/// Tries a device in a child, and sends the result to the parent.
 ///
 /// # Errors
-/// [`Error::Io`] if nobody listens.
+/// [`Error::Io`] if the parent no longer listens.
 pub(crate) fn answer(info: &DeviceInfo) -> Result<()> {
-    let trial = try_device(info, || Signs.tell("trying"), &NoProgress)?;
-    Signs.answer(&serde_json::to_string(&trial).map_err(|error| Error::Internal(error.to_string()))?)
+    let trial = try_device(info, || Heartbeat.tell("trying"), &NoProgress)?;
+    Heartbeat.answer(&serde_json::to_string(&trial).map_err(|error| Error::Internal(error.to_string()))?)
 }
 
-/// Runs the quick suite on a device, and measures its speed if it passes; `before` is called before each case.
+/// Runs the quick suite on a device, and measures its speed if it passes. `before` is called before each
+/// case.
 fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> Result<Trial> {
     let outcome = match crate::backends::open(info) {
         Ok(device) => {
@@ -113,7 +115,8 @@ fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> 
     Ok(Trial::new(info, outcome))
 }
 
-/// Frames per second as playing needs them: evaluated in batches, positions and normals read back.
+/// The frames per second of playback: frames are evaluated in batches, and positions and normals are read
+/// back.
 fn measure(device: &Device) -> Result<f64> {
     let case = timing_case();
     let built = case.build();
@@ -136,12 +139,12 @@ pub(crate) fn cache_file() -> Option<PathBuf> {
     Some(strategy.cache_dir().join("rhytid").join("devices.json"))
 }
 
-/// What makes outcomes of an older program worthless.
+/// The version of the program. Results of another version are not used.
 fn program() -> String {
     format!("{} {COMMIT}", env!("CARGO_PKG_VERSION"))
 }
 
-/// What is remembered of this program; a file that is not there or not readable is nothing.
+/// The remembered results of this program. Without a readable file, there are none.
 pub(crate) fn read_cache(path: &Path) -> Cache {
     let memory: Option<Cache> =
         std::fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());

@@ -1,19 +1,19 @@
-//! What is done with examples elsewhere: weighted sums of them, fitted to the markers.
+//! The usual method for examples: weighted sums of them, fitted to the markers.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use rhytid_core::numbers::dot;
 use rhytid_core::{Error, Result};
 
-/// Sweeps over the weights; a few dozen leave nothing that shows.
+/// The number of sweeps over the weights. A few dozen leave no visible error.
 const SWEEPS: usize = 200;
 
-/// Weighted sums of P examples' displacements, with the weights that meet the markers best in the least squares.
+/// Weighted sums of P examples' displacements. The weights fit the markers best in the least-squares sense.
 #[derive(Debug)]
 pub(crate) struct Blendshapes {
     /// P rows of 3H: the markers' displacements in each example.
     at_markers: Vec<Vec<f64>>,
-    /// Of each row with each, P×P.
+    /// The dot products of the rows, P×P.
     gram: Mat<f64>,
 }
 
@@ -22,7 +22,8 @@ pub(crate) struct Blendshapes {
 pub(crate) enum Weights {
     /// From 0 to 1, as a rig of blendshapes has them.
     ZeroToOne,
-    /// Any: the space of a principal component analysis of the examples and the rest pose that keeps all components.
+    /// Any weights. This is a principal component analysis of the examples and the rest pose that keeps all
+    /// components.
     Any,
 }
 
@@ -78,7 +79,7 @@ mod tests {
         let shapes = Blendshapes::new(vec![vec![1.0, 0.0, 2.0, 0.0], vec![0.0, 1.0, 1.0, 0.0], vec![0.0; 4]]);
         let any = shapes.fit(&[2.0, -1.0, 3.0, 7.0], Weights::Any).unwrap();
         assert!((any[0] - 2.0).abs() < 1e-6 && (any[1] + 1.0).abs() < 1e-6 && any[2].abs() < 1e-6, "{any:?}");
-        // Within 0..1 the second is best left out, and the first would have to be more than 1.
+        // Within 0..1 the best second weight is 0, and the first would have to be more than 1.
         assert_eq!(shapes.fit(&[2.0, -1.0, 3.0, 7.0], Weights::ZeroToOne).unwrap(), [1.0, 0.0, 0.0]);
         let within = shapes.fit(&[0.25, 0.5, 1.0, 0.0], Weights::ZeroToOne).unwrap();
         assert!((within[0] - 0.25).abs() < 1e-9 && (within[1] - 0.5).abs() < 1e-9, "{within:?}");

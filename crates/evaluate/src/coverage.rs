@@ -1,5 +1,5 @@
-//! Coverage by the learned method: how uncertain a take's frames are, and which of them to scan. `docs/coverage.md` says how to
-//! read it.
+//! Coverage by the learned method: how uncertain a take's frames are, and which of them to scan.
+//! `docs/coverage.md` says how to read it.
 
 use crate::Regions;
 use rhytid_capture::coverage::{Difference, Edge, edges_beyond, largest_strains};
@@ -7,46 +7,48 @@ use rhytid_core::{Error, Progress, Result, Rig, Take};
 use rhytid_solve::{Confidence, FAR, ScanPlan, plan_scans};
 use serde::Serialize;
 
-/// A frame is covered where its σ is at most this part of what an example that is left out has.
+/// A frame is covered if its σ is at most this part of the σ of an example that is left out.
 pub const COVERED: f64 = 0.5;
 
-/// Vertices that stand for all.
+/// The number of sampled vertices, which stand for all.
 const SAMPLES: usize = 300;
 
-/// Frames of a long take that are looked at for a plan: neighbours are alike.
+/// The number of frames of a long take that a plan looks at: neighbouring frames are alike.
 const FRAMES: usize = 400;
 
 /// A region whose strains are less than this part of the whole face's hardly moves in the examples.
 const QUIET: f64 = 0.5;
 
-/// A marker whose confidence is at most this is a guess, and nothing to scan by.
+/// A marker whose confidence is at most this is a guess. A frame with such a marker is not proposed for a
+/// scan.
 const GUESS: f32 = 0.5;
 
-/// How uncertain a take is on a rig, and the scans that would make it less so.
+/// How uncertain a take is on a rig, and the scans that would reduce the uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Coverage {
     /// Frames of the take.
     pub frames: usize,
-    /// What the examples say of it; `None` where the rig has none.
+    /// The uncertainty by the examples; `None` if the rig has none.
     pub sigma: Option<TakeSigma>,
-    /// The standard deviation over the take and the face with the examples that are there, as a part of that without any: 0..1.
+    /// The standard deviation over the take and the face with the existing examples, as a part of that
+    /// without any example: 0..1.
     pub left: f64,
     /// The scans to make, the most useful first.
     pub scans: Vec<Scan>,
     /// How many strain edges go beyond every example in some frame.
     pub edges_beyond: usize,
-    /// Those that go farthest.
+    /// The strain edges that go farthest beyond the examples.
     pub edges: Vec<Edge>,
 }
 
-/// The standard deviation of a take's frames: how far, RMS, a vertex may be from where a scan of the frame would have it.
+/// The standard deviation σ of a take's frames: how far, RMS, a vertex may be from a scan of the frame.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TakeSigma {
-    /// Of each frame, RMS over the face, in millimetres.
+    /// The σ of each frame, RMS over the face, in millimetres.
     pub frames_mm: Vec<f64>,
-    /// Of an example that is left out, in millimetres: the scale to read the others on.
+    /// The σ of an example that is left out, in millimetres: the scale for the other values.
     pub left_out_mm: f64,
-    /// Frames whose σ is at most [`COVERED`] times that.
+    /// Frames whose σ is at most [`COVERED`] times that of an example that is left out.
     pub covered: usize,
     /// Stretches of frames that are far from the examples.
     pub far: Vec<Far>,
@@ -57,7 +59,7 @@ pub struct TakeSigma {
 pub struct Far {
     /// The first frame, counted from 0.
     pub first: usize,
-    /// How many.
+    /// The number of frames.
     pub frames: usize,
     /// The frame that is farthest.
     pub farthest: usize,
@@ -65,20 +67,22 @@ pub struct Far {
     pub time: f64,
     /// The region that is farthest in it.
     pub region: String,
-    /// How far, above [`FAR`].
+    /// How far it is, as a ratio above [`FAR`].
     pub times: f64,
-    /// What of.
+    /// The quantity that is far.
     pub of: FarOf,
 }
 
-/// What of a frame is far.
+/// The quantity of a frame that is far from the examples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FarOf {
-    /// σ, as a multiple of what it is for an example that is left out, there or over the whole face, whichever is more.
+    /// σ, as a multiple of the σ of an example that is left out: in the region or over the whole face,
+    /// whichever is larger.
     Uncertainty,
-    /// The vector strains, as a multiple of those of the example that is strained most there, or of half of what it is over the whole
-    /// face, whichever is more: σ does not see what goes on where the examples go, but farther.
+    /// The vector strains, as a multiple of those of the example that is strained most in the region. If half
+    /// of that value over the whole face is larger, it counts instead. σ does not see a motion that goes the
+    /// same way as the examples, but farther.
     Strain,
 }
 
@@ -99,11 +103,12 @@ pub struct Scan {
     pub frame: usize,
     /// In seconds.
     pub time: f64,
-    /// What is left of the standard deviation over the take with this scan and those before, as a part of that without any example.
+    /// The standard deviation over the take that remains with this scan and those before, as a part of that
+    /// without any example.
     pub left: f64,
-    /// The regions that it is for, the one that it tells most of first.
+    /// The regions that the scan helps, the most helped first.
     pub regions: Vec<ScanRegion>,
-    /// The strain edges that are longest or shortest in it.
+    /// The strain edges that are longest or shortest in this frame.
     pub edges: Vec<Difference>,
 }
 
@@ -112,16 +117,17 @@ pub struct Scan {
 pub struct ScanRegion {
     /// Its name.
     pub region: String,
-    /// How much of the variance that there is without any example the scan takes away there, 0..1.
+    /// The part of the region's variance without any example that the scan removes, 0..1.
     pub taken: f64,
 }
 
-/// Compares `take` with `rig`, plans `scans` scans, and lists at most `edges` strain edges that go beyond the examples. `candidates`
-/// are the frames that can be scanned; without them every frame whose markers were all seen.
+/// Compares `take` with `rig`, plans `scans` scans, and lists at most `edges` strain edges that go beyond the
+/// examples. `candidates` are the frames that can be scanned. Without them, every frame whose markers were
+/// all seen is a candidate.
 ///
 /// # Errors
-/// [`Error::Input`] if the take lacks handles, a candidate is not in it, or the rig is not of the learned method;
-/// [`Error::Cancelled`].
+/// [`Error::Input`] if the take lacks handles, a candidate is not in it, or the rig is not of the learned
+/// method; [`Error::Cancelled`].
 pub fn coverage(
     rig: &Rig,
     take: &Take,
@@ -183,7 +189,7 @@ fn is_seen(rig: &Rig, take: &Take, frame: usize) -> bool {
     take.labels.iter().zip(of_frame).all(|(label, c)| *c > GUESS || !rig.handles().labels.contains(label))
 }
 
-/// What a scan takes away in each region, the most first.
+/// The variance that a scan removes in each region, the largest first.
 fn taken(plan: &ScanPlan, gains: &[f64], regions: &Regions) -> Vec<ScanRegion> {
     let mut sums = vec![(0.0, 0); regions.names().len()];
     for (&v, gain) in plan.vertices.iter().zip(gains) {
@@ -213,24 +219,25 @@ pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Prog
     let of_sample: Vec<Option<usize>> = confidence.vertices().iter().map(|&v| regions.of_vertex(v)).collect();
     let sums = RegionSums { of_sample: &of_sample, regions: regions.names().len() };
     let left_out: Vec<f64> = confidence.left_out().collect();
-    let left_out = sums.at_least(sums.of(&left_out), confidence.typical_left_out());
+    let left_out = sums.at_least(sums.over_samples(&left_out), confidence.typical_left_out());
     let samples = of_sample.len().max(1);
     let of_examples = confidence.squared_strains(rig.examples().handles.as_slice());
-    let examples: Vec<Vec<f64>> = of_examples.chunks(samples).map(|example| sums.of(example)).collect();
+    let examples: Vec<Vec<f64>> =
+        of_examples.chunks(samples).map(|example| sums.over_samples(example)).collect();
     let most = |region: usize| examples.iter().map(|example| example[region]).fold(0.0, f64::max);
     let strained: Vec<f64> = (0..=sums.regions).map(most).collect();
     let typical = strained[sums.regions] / samples as f64;
     let strained = sums.at_least(strained, QUIET.powi(2) * typical);
     let millimetres = 1e3 * rig.surface().metres_per_unit;
     let mut frames_mm = Vec::with_capacity(take.frames());
-    // Of each frame the region that is farthest, how far, and what of.
+    // For each frame, the region that is farthest, its ratio, and its quantity.
     let mut farthest: Vec<(usize, f64, FarOf)> = Vec::with_capacity(take.frames());
     const AT_ONCE: usize = 64;
     for chunk in positions.chunks(AT_ONCE * rig.handles().vertices.len()) {
         progress.step("confidence", frames_mm.len() as u64, take.frames() as u64)?;
         let (variances, strains) = (confidence.variances(chunk), confidence.squared_strains(chunk));
         for (variances, strains) in variances.chunks(samples).zip(strains.chunks(samples)) {
-            let (variances, strains) = (sums.of(variances), sums.of(strains));
+            let (variances, strains) = (sums.over_samples(variances), sums.over_samples(strains));
             frames_mm.push(millimetres * (variances[sums.regions] / samples as f64).sqrt());
             let times = |found: f64, scale: f64| if scale > 0.0 { (found / scale).sqrt() } else { 0.0 };
             let of_region = |region: usize| {
@@ -265,14 +272,14 @@ pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Prog
     Ok(TakeSigma { frames_mm, left_out_mm, covered, far })
 }
 
-/// Sums over the samples of each region, and behind them over all.
+/// Sums over the samples of each region, and after them the sum over all.
 struct RegionSums<'a> {
     of_sample: &'a [Option<usize>],
     regions: usize,
 }
 
 impl RegionSums<'_> {
-    fn of(&self, numbers: &[f64]) -> Vec<f64> {
+    fn over_samples(&self, numbers: &[f64]) -> Vec<f64> {
         let mut sums = vec![0.0; self.regions + 1];
         for (number, region) in numbers.iter().zip(self.of_sample) {
             sums[self.regions] += number;
@@ -283,9 +290,10 @@ impl RegionSums<'_> {
         sums
     }
 
-    /// The same where every sample has `each` at least: what is small beside the whole face is no reason to worry.
+    /// The `sums`, each raised to at least `each` for every sample in it. A value that is small beside the
+    /// whole face is then no reason to worry.
     fn at_least(&self, sums: Vec<f64>, each: f64) -> Vec<f64> {
-        let typical = self.of(&vec![each; self.of_sample.len()]);
+        let typical = self.over_samples(&vec![each; self.of_sample.len()]);
         sums.into_iter().zip(typical).map(|(sum, typical)| sum.max(typical)).collect()
     }
 }

@@ -1,4 +1,4 @@
-//! Distances between what a rig gives and what it should: over all vertices, by region and by vertex.
+//! Distances between the frames of a rig and the correct ones: over all vertices, by region and by vertex.
 
 use crate::Regions;
 use glam::Vec3;
@@ -10,15 +10,15 @@ use serde::Serialize;
 pub struct Errors {
     /// The root of the mean square.
     pub rms_mm: f64,
-    /// Of 1000 distances 950 are at most this.
+    /// The 95th percentile: 950 of 1000 distances are at most this.
     pub p95_mm: f64,
-    /// The same of 999.
+    /// The same for 999 of 1000.
     pub p99_9_mm: f64,
     /// The largest.
     pub worst_mm: f64,
-    /// Where that is: the frame, counted from 0 in what was compared.
+    /// The frame of the largest distance, counted from 0 among the compared ones.
     pub frame: usize,
-    /// And the vertex.
+    /// The vertex of the largest distance.
     pub vertex: usize,
     /// The RMS of each region, the largest first.
     pub regions: Vec<RegionError>,
@@ -67,7 +67,7 @@ impl<'a> Sum<'a> {
             let distance = distance * self.millimetres;
             self.all.push(distance as f32);
             self.squares[v] += distance * distance;
-            // Also if it is no number, which stays the worst.
+            // NaN also counts as the worst, and stays.
             if distance > self.worst.0 || distance.is_nan() {
                 self.worst = (distance, self.frames, v);
             }

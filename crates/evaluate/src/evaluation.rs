@@ -8,7 +8,7 @@ use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
 use rhytid_solve::{Solved, solve_in_full};
 use serde::Serialize;
 
-/// How good the rig of a face is, and where not.
+/// How good the rig of a face is, and where it is not.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Evaluation {
     /// The face's name.
@@ -17,16 +17,17 @@ pub struct Evaluation {
     pub vertices: usize,
     /// H.
     pub handles: usize,
-    /// What the smooth part of each example would be off by if it were left out; `None` without examples or by the chapter's
-    /// method. It is pessimistic in level, since each example is far from the others, and right in where.
+    /// The error of the smooth part of each example if that example were left out. `None` without examples,
+    /// or by the chapter's method. The level is pessimistic, because each example is far from the others. The
+    /// distribution over the face is right.
     pub leave_one_out: Option<LeaveOneOut>,
-    /// What the noise of markers does to the skin, at the rest pose and the examples.
+    /// The effect of the noise of markers on the skin, at the rest pose and the examples.
     pub noise: NoiseAnswer,
-    /// How far each method is from the truth, where one was given; that of the face's settings first.
+    /// The distance of each method from the truth, if one was given; the method of the face's settings first.
     pub truth: Option<Vec<Comparison>>,
 }
 
-/// What each example would be off by if it were left out.
+/// The error of each example if it were left out.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LeaveOneOut {
     /// Over all examples; a frame is an example.
@@ -41,7 +42,7 @@ pub struct LeaveOneOut {
 pub struct LeftOut {
     /// Its name in the rig.
     pub example: String,
-    /// What the others would have it off by.
+    /// The error of the rig of the other examples.
     #[serde(flatten)]
     pub errors: Errors,
 }
@@ -51,12 +52,12 @@ pub struct LeftOut {
 pub struct NoiseAnswer {
     /// The standard deviation of the noise per axis.
     pub noise_mm: f64,
-    /// How far the skin moves by it.
+    /// The movement of the skin that it causes.
     #[serde(flatten)]
     pub errors: Errors,
 }
 
-/// What a map is about; maps of the same are to be drawn on one scale.
+/// The subject of a map. Maps of the same subject are drawn on one scale.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Subject {
     /// Examples that are left out.
@@ -70,7 +71,7 @@ pub enum Subject {
 /// A number for each vertex, in millimetres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Map {
-    /// What it is about.
+    /// Its subject.
     pub subject: Subject,
     /// What it shows.
     pub title: String,
@@ -78,8 +79,8 @@ pub struct Map {
     pub values: Vec<f32>,
 }
 
-/// Solves `face` and evaluates it: the rig, what was found, and maps of it. `inputs` is given the rig, and says which regions it
-/// has, [`Regions::by_handles`] for one, and the truth, if there is any.
+/// Solves `face` and evaluates it. Returns the rig, the results, and maps of them. `inputs` receives the rig
+/// and returns its regions, such as [`Regions::by_handles`], and the truth, if there is any.
 ///
 /// # Errors
 /// As solving, playing and reading the truth; as `inputs`.

@@ -1,6 +1,11 @@
-//! How good a rig is, and where it is not: what each example would be off by without it, what the noise of markers does, how far
-//! a truth is, where there is one, and which frames of a take would be worth a scan. `docs/evaluate.md` and `docs/coverage.md` say
-//! how to read it.
+//! Measures how good a rig is, and where it is not:
+//!
+//! - the error of each example if the rig were solved without it,
+//! - the effect of the noise of markers,
+//! - the distance from the truth, if there is one,
+//! - the frames of a take that would be worth a scan.
+//!
+//! `docs/evaluate.md` and `docs/coverage.md` explain the results.
 //!
 //! ```
 //! use rhytid_core::NoProgress;

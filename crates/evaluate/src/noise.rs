@@ -1,4 +1,4 @@
-//! What a face answers to the noise of its markers.
+//! The response of a face to the noise of its markers.
 
 use crate::Regions;
 use crate::errors::{Errors, Sum, distances};
@@ -10,11 +10,11 @@ use rhytid_playback::Playback;
 /// The standard deviation of the noise per axis, in millimetres.
 pub const NOISE_MM: f64 = 0.1;
 
-/// Times that each pose is played with noise.
+/// How many times each pose is played with noise.
 const DRAWS: usize = 16;
 
-/// How far the skin moves when the markers of the rest pose and of each example have noise: its sum-up, and the RMS of each vertex
-/// in millimetres. The noise is the same every time.
+/// The movement of the skin if the markers of the rest pose and of each example have noise: a summary, and
+/// the RMS of each vertex in millimetres. The noise is the same every time.
 ///
 /// # Errors
 /// As playing.

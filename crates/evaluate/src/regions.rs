@@ -1,11 +1,12 @@
-//! Regions of a face: brows, lids and so on where the markers' names say it, the neighbourhoods of the markers where not.
+//! Regions of a face: brows, lids and so on if the names of the markers say so, and otherwise the
+//! neighbourhoods of the markers.
 
 use rhytid_core::{Error, HandleId, Result, Rig, VertexId};
 use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::Real;
 use rhytid_playback::region_of;
 
-/// A part of the vertices for each of some names; a vertex is in one at most.
+/// Named parts of the vertices; a vertex is in one at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
     names: Vec<String>,
@@ -13,8 +14,9 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// A vertex is in the region of the handle that is nearest along the mesh; a handle is in the one that its label names (`brow_l`,
-    /// `LipUpper2`, `mp36`), and in one of its own, `near LABEL`, where it names none.
+    /// A vertex is in the region of the handle that is nearest along the mesh. A handle is in the region that
+    /// its label names (`brow_l`, `LipUpper2`, `mp36`). If its label names none, it has a region of its own,
+    /// `near LABEL`.
     pub fn by_handles<T: Real>(rig: &Rig<T>) -> Self {
         let of_handle: Vec<String> = rig
             .handles()
@@ -34,7 +36,8 @@ impl Regions {
         Self { names, of_vertex }
     }
 
-    /// Groups of the V vertices, as [`rhytid_formats::mesh::read_groups`] gives them. A vertex of several is in the last one.
+    /// Groups of the V vertices, as [`rhytid_formats::mesh::read_groups`] returns them. A vertex of several
+    /// groups is in the last one.
     ///
     /// # Errors
     /// [`Error::Input`] if a vertex is not below V.

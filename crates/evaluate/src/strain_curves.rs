@@ -1,4 +1,4 @@
-//! Curves of strain: how much each region of a face is stretched and squeezed, frame by frame.
+//! Curves of strain: the stretch and squeeze of each region of a face, frame by frame.
 
 use crate::Regions;
 use rhytid_core::{Result, Rig, VertexId, channel};
@@ -10,8 +10,8 @@ use std::path::Path;
 /// The curves of each region.
 const CURVES: [&str; 3] = ["strain1", "strain2", "area"];
 
-/// The means over regions of a face's principal strains, and of the strain of its area, (1 + e₁)(1 + e₂) − 1: of frame after frame. A vertex
-/// counts by a third of its triangles' areas at rest.
+/// The means over the regions of a face of its principal strains and of the strain of its area, (1 + e₁)(1 +
+/// e₂) − 1, frame after frame. A vertex is weighted by a third of its triangles' areas at rest.
 pub struct StrainCurves<'a> {
     regions: &'a Regions,
     gauge: StrainGauge,
@@ -37,7 +37,7 @@ impl<'a> StrainCurves<'a> {
         Self { regions, gauge, areas, sums, strains: PrincipalStrains::default(), values: Vec::new() }
     }
 
-    /// Adds a frame, whose strains are computed where it comes without.
+    /// Adds a frame. Strains that the frame lacks are computed.
     pub fn frame(&mut self, frame: &Frame<'_>) {
         let strains = match frame.get(&channel::STRAIN) {
             Some(strains) => strains.as_chunks().0,
@@ -61,8 +61,8 @@ impl<'a> StrainCurves<'a> {
         }
     }
 
-    /// Writes the curves as CSV, the first frame having the number `first`: columns `frame`, `time`, and of each region `REGION_strain1`,
-    /// `REGION_strain2` and `REGION_area`.
+    /// Writes the curves as CSV, the first frame having the number `first`: columns `frame`, `time`, and of
+    /// each region `REGION_strain1`, `REGION_strain2` and `REGION_area`.
     ///
     /// # Errors
     /// As [`tables::write_curves`].

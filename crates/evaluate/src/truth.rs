@@ -1,4 +1,4 @@
-//! A rig beside the truth, and beside what else could be made of the same examples.
+//! Compares a rig with the truth, and with other methods that use the same examples.
 
 use crate::Regions;
 use crate::blendshapes::{Blendshapes, Weights};
@@ -13,7 +13,7 @@ use rhytid_playback::Playback;
 use rhytid_solve::{Smoothing, solve};
 use serde::Serialize;
 
-/// Frames whose fold band is computed at once.
+/// The number of frames whose wrinkle band is computed at once.
 const FRAMES_AT_ONCE: usize = 8;
 
 /// Dense meshes, and the take that belongs to them.
@@ -27,7 +27,8 @@ pub struct Truth {
 }
 
 impl Truth {
-    /// `frames` says which frames of the take the meshes show; without it there has to be one for each frame.
+    /// `frames` are the frames of the take that the meshes show. Without it, there has to be a mesh for each
+    /// frame.
     ///
     /// # Errors
     /// [`Error::Input`] if the numbers of meshes and frames differ.
@@ -50,21 +51,21 @@ impl Truth {
     }
 }
 
-/// A way to make the frames, and how far it is from the truth.
+/// A method that makes the frames, and its distance from the truth.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
-    /// `learned`, `chapter`, `shell`, `blendshapes` (weights from 0 to 1), `components` (any weights: all principal components of
-    /// the examples).
+    /// `learned`, `chapter`, `shell`, `blendshapes` (weights from 0 to 1), `components` (any weights: all
+    /// principal components of the examples).
     pub method: &'static str,
     /// Over all vertices.
     #[serde(flatten)]
     pub errors: Errors,
-    /// The RMS of what is left of the errors when their smooth part is taken out: wrinkles that are missing, or wrong.
+    /// The RMS of the errors without their smooth part: wrinkles that are missing or wrong.
     pub fold_band_rms_mm: f64,
 }
 
-/// How far each method is from the truth, that of the face's settings first; and for each the RMS of every vertex in millimetres.
-/// `rig` is the face, solved.
+/// The distance of each method from the truth, the method of the face's settings first. For each method also
+/// the RMS of every vertex in millimetres. `rig` is the solved face.
 ///
 /// # Errors
 /// As solving, reading the truth and playing.
@@ -135,7 +136,7 @@ pub(crate) fn compare(
     Ok(found)
 }
 
-/// What frames are compared with.
+/// The truth that frames are compared with.
 struct Against<'a> {
     truth: &'a mut Sequence,
     regions: &'a Regions,
@@ -144,7 +145,7 @@ struct Against<'a> {
     progress: &'a dyn Progress,
 }
 
-/// Is given a frame's 3V positions.
+/// Receives a frame's 3V positions.
 type Each<'a> = &'a mut dyn FnMut(&[f32]) -> Result<()>;
 
 impl Against<'_> {
@@ -176,7 +177,7 @@ impl Against<'_> {
         Ok((Comparison { method, errors: sum.finish(), fold_band_rms_mm }, by_vertex))
     }
 
-    /// The squares of what smoothing takes out of these frames' errors, each 3V.
+    /// The squares of the parts of these frames' errors that smoothing removes, each 3V.
     fn folds(&self, errors: &[Vec<f64>]) -> Result<f64> {
         let vertices = errors[0].len() / 3;
         let at = |v: usize, frame: &Vec<f64>| [0, 1, 2].map(|c| frame[3 * v + c]);

@@ -1,4 +1,5 @@
-//! Masks of wrinkles: how far the folds of each example are switched on, as pictures over a mesh's texture coordinates and as curves over time.
+//! Masks of wrinkles: the activation of the folds of each example, as pictures over a mesh's texture
+//! coordinates and as curves over time.
 
 use rayon::prelude::*;
 use rhytid_core::channel::Channel;
@@ -10,33 +11,40 @@ use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Texels around a mesh's charts that have what the closest of theirs has, so that filtering and mipmaps take nothing from outside.
+/// So many texels around a mesh's charts repeat the closest texel of the chart. Filtering and mipmaps then
+/// take nothing from outside.
 const GUTTER: usize = 8;
 
-/// A mask of a wrinkle that is never switched on farther is black.
+/// If a wrinkle is never activated beyond this, its mask is black.
 const NOTHING: f32 = 0.01;
 
-/// Masks and curves of the channels of [`ChannelKind::Wrinkles`], of frame after frame.
+/// Masks and curves of the channels of [`ChannelKind::Wrinkles`], collected frame after frame.
 ///
-/// A picture has a cell for each channel, `⌈√n⌉` to a row, in their order from the top left; u goes to the right and v upwards, as in a
-/// texture. A mesh whose texture is in several UDIM tiles has a picture for each. The *curve* of a channel is its mean over the face, where a
-/// vertex counts by its area and by the size of the folds that the channel's examples have there: 1 where the frame is the example. The
-/// *mask* is the most that each place was switched on in any frame, over the most of the curve: mask times curve is about the activation, and just that where the
-/// curve is highest.
+/// A picture has a cell for each channel, `⌈√n⌉` to a row, in their order from the top left. In a cell, u
+/// goes to the right and v upwards, as in a texture. A mesh whose texture is in several UDIM tiles has a
+/// picture for each tile.
+///
+/// The *curve* of a channel is its mean over the face, and 1 where the frame is the example. A vertex is
+/// weighted by its area and by the size of the folds that the channel's examples have there.
+///
+/// The *mask* is the largest activation of each place in any frame, divided by the largest value of the
+/// curve, and at most 1. Mask times curve is about the activation. At the largest value of the curve, it is
+/// the largest activation of each place, unless the mask was cut to 1.
 pub struct WrinkleMasks {
     channels: Vec<Channel>,
     /// A picture for each UDIM tile, by its number.
     pictures: Vec<(u32, Texels)>,
-    /// Channels × V: what a vertex counts in the curve, with the sum 1.
+    /// Channels × V: the weight of a vertex in the curve, with the sum 1.
     weights: Vec<Vec<f64>>,
-    /// Channels × V: the most so far.
+    /// Channels × V: the largest activation so far.
     most: Vec<Vec<f32>>,
     /// Frames × channels.
     curves: Vec<f32>,
 }
 
 impl WrinkleMasks {
-    /// Pictures of `size` × `size` texels for each channel. `folds` are the sizes of the folds of the channel's examples, channels × V.
+    /// Pictures of `size` × `size` texels for each channel. `folds` are the sizes of the folds of the
+    /// channel's examples, channels × V.
     ///
     /// # Errors
     /// [`Error::Input`] if the rig's mesh has no texture coordinates, or some that are in no UDIM tile.
@@ -78,8 +86,8 @@ impl WrinkleMasks {
         self.write(path, &activations)
     }
 
-    /// The files that a picture at `path` comes to: itself, or where the texture is in several UDIM tiles, one for each, with its number before
-    /// the ending.
+    /// The files for a picture at `path`: the path itself, or a file for each UDIM tile, with the tile's
+    /// number before the extension.
     pub fn files(&self, path: &Path) -> Vec<PathBuf> {
         match &self.pictures[..] {
             [(Texels::FIRST_TILE, _)] => vec![path.to_owned()],
@@ -108,7 +116,8 @@ impl WrinkleMasks {
         self.write(path, &masks.iter().map(Vec::as_slice).collect::<Vec<_>>())
     }
 
-    /// Writes the curves as CSV, the first frame having the number `first`: columns `frame`, `time`, and the name of each channel.
+    /// Writes the curves as CSV, the first frame having the number `first`: columns `frame`, `time`, and the
+    /// name of each channel.
     ///
     /// # Errors
     /// As [`tables::write_curves`].
@@ -144,8 +153,8 @@ impl Texels {
     /// The UDIM tile from 0 to 1.
     const FIRST_TILE: u32 = 1001;
 
-    /// Those of each UDIM tile that has any of the mesh, by its number. Where parts lie over each other in the texture, such as an eye over the
-    /// skin, those with folds are on top.
+    /// The texels of each UDIM tile that has any of the mesh, by its number. If parts overlap in the texture,
+    /// such as an eye over the skin, those with folds are on top.
     fn of_tiles(rig: &Rig, folds: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
             Error::rig_lacks(
@@ -166,7 +175,7 @@ impl Texels {
         let mut tiles: BTreeMap<u32, Self> = BTreeMap::new();
         for triangle in without.into_iter().chain(with) {
             let uvs = corners[triangle].map(at);
-            // By its middle, since corners are on borders.
+            // A triangle is assigned by its middle, because corners may be on borders.
             let [u, v] = [0, 1].map(|c| (uvs.iter().map(|uv| uv[c]).sum::<f32>() / 3.0).floor());
             if !((0.0..10.0).contains(&u) && (0.0..100.0).contains(&v)) {
                 return Err(Error::out_of_range(format!(
@@ -217,7 +226,7 @@ impl Texels {
         }
     }
 
-    /// Gives empty texels what a neighbour has, ring by ring.
+    /// Fills empty texels from a neighbour, ring by ring.
     fn grow(&mut self) {
         let size = self.size as isize;
         for _ in 0..GUTTER {
@@ -347,7 +356,7 @@ mod tests {
     fn a_texture_in_tiles_has_a_picture_for_each() {
         let (rig, masks) = masks(32);
         let left: Vec<bool> = rig.surface().rest.iter().map(|x| x[0] < 0.0).collect();
-        // Triangles across are stretched over both, which no artist's are.
+        // Triangles across the border are stretched over both tiles; an artist's mesh has none.
         let across =
             |corners: &[u32; 3]| corners.iter().any(|v| left[*v as usize] != left[corners[0] as usize]);
         let rig = changed(&rig, |r| {

@@ -1,6 +1,7 @@
-//! Files beside others that name them: a `.gltf`'s numbers, a stitched USD file's manifest. Two files cannot appear at once;
-//! so the companion is named by what is in it, `face.1f0c….bin`, and comes first: whatever happens in between, the file that
-//! names one has the one that it was written with.
+//! Files beside others that name them: a `.gltf`'s numbers, a stitched USD file's manifest.
+//! Two files cannot appear at once. So a companion carries a hash of its content in its name,
+//! `face.1f0c….bin`, and is put in place first. If the process stops in between, every file that names a
+//! companion still has the companion that it was written with.
 
 use rhytid_core::{AtomicFile, Error, Result, folder_of};
 use std::ffi::{OsStr, OsString};
@@ -11,14 +12,15 @@ use std::path::{Path, PathBuf};
 /// Hexadecimal digits of the hash in a name.
 const DIGITS: usize = 16;
 
-/// What goes by which names.
+/// How a kind of companion and the files that name it are called.
 #[derive(Debug)]
 pub struct Kind {
-    /// Of the companions.
+    /// The extension of the companions.
     pub extension: &'static str,
-    /// Of the files that name them, in lower case.
+    /// The extensions of the files that name companions, in lower case.
     pub namers: &'static [&'static str],
-    /// All that such a file says of companions, be it with more around it; `None` if it cannot be read.
+    /// Returns every text of such a file that may name companions; there may be more around the names. `None`
+    /// if the file cannot be read.
     pub names: fn(&Path) -> Option<Vec<u8>>,
 }
 
@@ -47,7 +49,7 @@ impl Companion {
         Ok(Self { kind, file, hasher: blake3::Hasher::new(), main: main.to_owned() })
     }
 
-    /// Appends to it.
+    /// Appends bytes to the companion.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -56,23 +58,24 @@ impl Companion {
         self.file.write_all(bytes).map_err(self.file.error())
     }
 
-    /// The path that what was written so far has.
+    /// The path of a companion that holds the bytes written so far.
     pub fn path(&self) -> PathBuf {
         let hash = self.hasher.finalize().to_hex();
         self.main.with_file_name(name(&self.main, self.kind, &hash[..DIGITS]))
     }
 
-    /// Gives the file its name, then finishes the one that names it, and removes the companion of what stood there before.
+    /// Gives the companion its name and then runs `main`, which finishes the file that names it. At the end,
+    /// removes older companions of that file that no file names any more.
     pub fn finish<T>(self, main: impl FnOnce() -> Result<T>) -> Result<T> {
         let path = self.path();
-        // Two writers of one name come here one after the other; where folders cannot be locked, the one who is later may
-        // leave the other's companion behind.
+        // The lock makes two writers of one name take turns. Where folders cannot be locked, the later writer
+        // may leave the companion of the other behind.
         let _lock = File::open(folder_of(&path)).and_then(|folder| folder.lock().map(|()| folder));
         let was_there = path.exists();
         self.file.finish_as(&path)?;
         let done = main().inspect_err(|_| {
             if !was_there {
-                // That it stays behind as well would be the lesser fault.
+                // If the removal fails too, a file that nobody needs stays behind: the lesser fault.
                 let _ = std::fs::remove_file(&path);
             }
         })?;
@@ -81,14 +84,15 @@ impl Companion {
     }
 }
 
-/// Of the companion with this hash.
+/// The name of the companion with this hash.
 fn name(main: &Path, kind: &Kind, hash: &str) -> OsString {
     let mut name = main.file_stem().unwrap_or_default().to_owned();
     name.push(format!(".{hash}.{}", kind.extension));
     name
 }
 
-/// Removes what was written for `main` and is named by no file in its folder any more. If one of them cannot be read, all stay.
+/// Removes the companions of `main` that no file in its folder names any more. If one of the files that may
+/// name companions cannot be read, all companions stay.
 fn remove_unnamed(main: &Path, kind: &Kind) {
     let Ok(entries) = std::fs::read_dir(folder_of(main)) else { return };
     let names: Vec<OsString> = entries.flatten().map(|entry| entry.file_name()).collect();
@@ -149,7 +153,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         let main = at("face.gltf");
-        // Left behind by a process that was killed, and things of others.
+        // The first file was left behind by a process that was killed. The others belong to somebody else.
         std::fs::write(at("face.0123456789abcdef.bin"), "").unwrap();
         for name in [
             "face.bin",
@@ -165,7 +169,7 @@ mod tests {
         assert!(!at("face.0123456789abcdef.bin").exists());
         let second = write(&main, "second");
         assert!(!at(&first).exists() && at(&second).exists());
-        // It has another name now, and keeps what it has.
+        // The renamed file keeps its companion.
         std::fs::rename(&main, at("renamed.gltf")).unwrap();
         write(&main, "third");
         assert_eq!([text_of(&at("renamed.gltf")), text_of(&main)], ["second", "third"]);

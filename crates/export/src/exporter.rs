@@ -1,20 +1,20 @@
-//! The trait that every animation format implements, what goes in, and what came of it.
+//! The trait that every animation format implements, and the result of an export.
 
 use super::Frame;
 use rhytid_core::{Progress, Result};
 
-/// One animation file being written. Memory does not grow with the frames' data, or by a gigabyte where they are
-/// compressed.
+/// One animation file being written. Memory does not grow with the frames' data, or by a gigabyte where they
+/// are compressed.
 pub trait Exporter: Send {
-    /// Adds the next frame, which has the scene's channels; one that is constant is in the first frame alone.
+    /// Adds the next frame with the scene's channels. A constant channel is in the first frame alone.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`] if a channel lacks or is one too many, a length is wrong, a number is not finite or the frame is one too many;
-    /// [`rhytid_core::Error::Io`].
+    /// [`rhytid_core::Error::Input`] if a channel is missing or not of the scene, a length is wrong, a number
+    /// is not finite or there are too many frames; [`rhytid_core::Error::Io`].
     fn frame(&mut self, frame: &Frame<'_>) -> Result<()>;
 
-    /// Writes what remains and gives the file its name. Dropped without it, nothing is left behind, and what
-    /// stood under the name before is untouched.
+    /// Writes the rest and gives the file its name. An exporter that is dropped before this leaves nothing
+    /// behind, and an older file of that name stays as it was.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if frames are missing or the options' bound cannot be met;
@@ -29,7 +29,7 @@ pub struct Written {
     pub bytes: u64,
     /// Morph targets, in a format that has them.
     pub targets: Option<usize>,
-    /// How far the file is from the frames that came in; `None` where it has every bit of them.
+    /// The deviation of the file from the frames that came in; `None` if the file has every bit of them.
     pub error: Option<Deviation>,
 }
 

@@ -14,7 +14,8 @@ impl<'a> Frame<'a> {
         Self { values: vec![(&channel::POSITIONS, positions)] }
     }
 
-    /// The same with V × [`Channel::width`] numbers of a channel, in place of what it had of that one.
+    /// The same frame with V × [`Channel::width`] numbers of a channel, which replace earlier ones of that
+    /// channel.
     #[must_use]
     pub fn with(mut self, channel: &'a Channel, numbers: &'a [f32]) -> Self {
         match self.values.iter_mut().find(|(known, _)| known.name == channel.name) {

@@ -1,6 +1,10 @@
-//! What animation files have in common, whatever their format: what is written ([`Scene`] and its [`Frame`]s, [`Shapes`]), how it was
-//! made ([`Recipe`]), the traits that a format implements ([`Exporter`], [`AnimationReader`]), frames as sums of few shapes
-//! ([`morphs`]), and files beside others ([`companion`]).
+//! What animation files of all formats have in common:
+//!
+//! - [`Scene`], [`Frame`] and [`Shapes`]: what is written.
+//! - [`Recipe`]: how an animation was made.
+//! - [`Exporter`] and [`AnimationReader`]: the traits that a format implements.
+//! - [`morphs`]: frames as sums of few shapes.
+//! - [`companion`]: files beside the files that name them.
 //!
 //! ```
 //! use rhytid_export::{OutputStage, Recipe};

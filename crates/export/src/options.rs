@@ -1,18 +1,19 @@
-//! The choices of some formats.
+//! The choices that only some formats have.
 
 /// The choices of those formats that have any. All others ignore them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
-    /// glTF: as few morph targets as the largest deviation that this allows, in mesh units. `None` writes a target
-    /// for each frame.
+    /// glTF: the largest deviation in mesh units, for which as few morph targets as possible are found.
+    /// `None` writes a target for each frame.
     pub max_error: Option<f64>,
-    /// glTF and USD: so many morph targets (blend shapes), or as few as all frames need, however far the frames are from them; how far is in [`super::Written::error`]
-    /// and in the file. At least 1; instead of `max_error`.
+    /// glTF and USD: the number of morph targets (blend shapes), at least 1; not together with `max_error`.
+    /// Fewer are written if all frames need fewer. The deviation of the frames has no bound;
+    /// [`super::Written::error`] and the file state it.
     pub shapes: Option<usize>,
     /// glTF: integers of 8 and 16 bits (KHR_mesh_quantization).
     pub quantize: bool,
     /// glTF: compressed buffers (EXT_meshopt_compression).
     pub meshopt: bool,
-    /// glTF: also more than 256 targets or 1 GiB.
+    /// glTF: allows more than 256 targets or 1 GiB.
     pub force: bool,
 }

@@ -1,5 +1,5 @@
-//! An animation read back from a file, whatever its format: what a check compares with a fresh evaluation, and what is looked at
-//! before parts are put together. `rhytid_formats::animation::open` opens one.
+//! An animation of any format read back from a file. A check compares it with a fresh evaluation, and
+//! stitching compares the parts before it joins them. `rhytid_formats::animation::open` opens one.
 
 use crate::StatedRecipe;
 use rhytid_core::channel::{self, Channel};
@@ -10,9 +10,11 @@ use rhytid_core::{Faces, Result, UpAxis};
 pub struct Summary {
     /// The mesh's name in the file.
     pub name: String,
-    /// V, the vertices of the mesh that was exported; copies that a format needs at texture seams do not count.
+    /// V, the vertices of the mesh that was exported; copies that a format needs at texture seams do not
+    /// count.
     pub vertices: usize,
-    /// The polygons; in a format that has triangles alone, those. They index the V vertices.
+    /// The polygons, as indices of the V vertices. In a format that has triangles alone, these are the
+    /// triangles.
     pub faces: Faces,
     /// The number of frames, at least 1.
     pub frames: usize,
@@ -20,30 +22,32 @@ pub struct Summary {
     pub first_time_code: f64,
     /// Frames per second.
     pub rate: f64,
-    /// What the file calls frames per second, for people: that of [`Summary::rate`] where we wrote it; `None` where it does not say.
+    /// The frames per second that the file states for people: [`Summary::rate`] if Rhytid wrote the file;
+    /// `None` if the file does not say.
     pub frames_per_second: Option<f64>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
     /// The mesh's up axis, before any turn that the format asks for.
     pub up_axis: UpAxis,
-    /// Whether the frames are sums of few shapes, which are near to the frames that were exported.
+    /// Whether the frames are sums of few shapes, and so only near the frames that were exported.
     pub fitted: bool,
-    /// What the frames have: positions, and what else there is.
+    /// The channels of the frames: positions, and others.
     pub channels: Vec<Channel>,
-    /// Whether the frames have extents: boxes around their positions, by which viewers know what is in sight. glTF has none.
+    /// Whether the frames have extents: boxes around their positions, which tell viewers what is in sight.
+    /// glTF has none.
     pub extents: bool,
     /// Whether the frames have the head's pose.
     pub head: bool,
-    /// The largest deviation from what was exported that the file states (glTF: `worstMillimetres` in its extras), in
-    /// mesh units; `None` where it states none, being exact.
+    /// The largest deviation from the exported frames that the file states, in mesh units (glTF:
+    /// `worstMillimetres` in its extras). `None` if the file is exact and states none.
     pub stated_error: Option<f64>,
-    /// How far other channels are from what was exported, where the file states it (compressed glTF).
+    /// The deviations of other channels from the exported ones, if the file states them (compressed glTF).
     pub stated_channel_errors: Vec<StatedError>,
     /// The recipe of the animation; `None` where the file does not say how it was made.
     pub recipe: Option<StatedRecipe>,
 }
 
-/// How far the numbers of a channel are from those of the animation that was exported, as its file states it.
+/// The deviation of a channel from the animation that was exported, as the file states it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StatedError {
     /// The channel's name.
@@ -73,14 +77,15 @@ impl Summary {
 
 /// An animation that is read frame by frame. Memory does not grow with the number of frames.
 ///
-/// Frames count from 0. Whoever calls asks for frames below [`Summary::frames`] only. Every method returns
-/// [`rhytid_core::Error::Input`] where the file turns out to be damaged, and [`rhytid_core::Error::Io`].
+/// Frames count from 0. Callers ask for frames below [`Summary::frames`] only. Every method returns
+/// [`rhytid_core::Error::Input`] if the file turns out to be damaged, and [`rhytid_core::Error::Io`].
 pub trait AnimationReader: Send {
     /// What is known of all frames.
     fn summary(&self) -> &Summary;
 
-    /// Replaces `out` by a frame's numbers of a channel: positions in mesh units along the mesh's own axes, without the head's motion; the
-    /// others as [`Channel::quantity`] says. Empties it where the file does not have the channel. One that is constant is the same in each frame.
+    /// Replaces `out` by a frame's numbers of a channel. Positions are in mesh units along the mesh's own
+    /// axes, without the head's motion; other channels are as [`Channel::quantity`] says. `out` becomes empty
+    /// if the file does not have the channel. A constant channel is the same in each frame.
     fn channel(&mut self, channel: &Channel, frame: usize, out: &mut Vec<f32>) -> Result<()>;
 
     /// The 3V positions of a frame, as [`AnimationReader::channel`].
@@ -88,9 +93,11 @@ pub trait AnimationReader: Send {
         self.channel(&channel::POSITIONS, frame, out)
     }
 
-    /// The extent of a frame, its lowest and its highest corner in mesh units; `None` where [`Summary::extents`] is false.
+    /// The extent of a frame, its lowest and its highest corner in mesh units; `None` where
+    /// [`Summary::extents`] is false.
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>>;
 
-    /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh units; `None` where [`Summary::head`] is false.
+    /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh
+    /// units; `None` where [`Summary::head`] is false.
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>>;
 }

@@ -8,54 +8,56 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::str::FromStr;
 
-/// What decides each frame of an animation of a rig and a take, whoever makes it and on which device. It stands in the exported file (USD:
-/// `customData` of the default prim, glTF: `extras` of the scene, both under the key `rhytid`), so that parts can be compared and the file be
-/// made again.
+/// Everything that decides each frame of an animation of a rig and a take, on every machine and device.
 ///
-/// What is as it is by default is left out of files, but for the fields that they always had.
+/// The recipe stands in the exported file under the key `rhytid`: in USD in `customData` of the default prim,
+/// in glTF in `extras` of the scene. With it, parts can be compared, and the file can be made again.
+///
+/// Files leave out a field with its default value, except for the fields that they have always had.
 #[derive(Debug, Clone, PartialEq, Serialize, serde::Deserialize)]
 pub struct Recipe {
     /// The program's version.
     pub version: String,
     /// The rig file's hash, as [`rhytid_core::rig_file::hash`] gives it.
     pub rig: String,
-    /// Which stage of the evaluation the positions are of.
+    /// The stage of the evaluation that gives the positions.
     pub stage: OutputStage,
-    /// The first frame of the take that is asked for, counted from 0.
+    /// The first exported frame of the take, counted from 0.
     pub first_frame: u64,
-    /// The frame behind the last one that is asked for; 0 for all that the take has.
+    /// The frame behind the last exported one; 0 for all that the take has.
     pub end_frame: u64,
-    /// The frames per second that were asked for; `None` for the take's own, which files have as 0.
+    /// The frames per second of the export; `None` for the take's own, which files state as 0.
     #[serde(with = "rate")]
     pub fps: Option<f64>,
     /// What was done where a marker was missing: [`Missing::Error`] or [`Missing::Hold`].
     pub missing: Missing,
-    /// Whether detail fades where the take's confidence is below 1, and where the rig's says that a frame is far outside what its examples show;
-    /// of use to [`OutputStage::Full`] alone.
+    /// Whether detail fades where the take's confidence is below 1, and where the rig's confidence says that
+    /// a frame is far outside its examples. It matters for [`OutputStage::Full`] alone.
     #[serde(default)]
     pub fade_detail: bool,
-    /// What became of the head's motion.
+    /// How the head's motion was exported.
     #[serde(default)]
     pub head: HeadMotion,
-    /// By how much detail is multiplied, from 0 to 2.
+    /// The gain of the detail, from 0 to 2.
     #[serde(default = "one", skip_serializing_if = "is_one")]
     pub detail: f64,
-    /// By how much it is multiplied by region besides.
+    /// Further gains of the detail, by region.
     #[serde(default, with = "text", skip_serializing_if = "Gains::is_empty")]
     pub detail_of: Gains,
     /// The text of the edits that were applied to the take (`rhytid_projects::edits`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit: Option<String>,
-    /// What tells them from others, also those whose text is the same and that name other files.
+    /// The hash of the edits. It also differs where the text is the same and the files that it names differ.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub edit_hash: Option<String>,
-    /// What each frame has beside its positions.
+    /// The channels of each frame beside its positions.
     #[serde(flatten)]
     pub channels: ChannelChoice,
     /// Groups of examples whose wrinkles are one channel; by default each example is by itself.
     #[serde(default, with = "text", skip_serializing_if = "WrinkleGroups::is_empty")]
     pub wrinkle_groups: WrinkleGroups,
-    /// Whether each frame is refined on the host, as rigid as possible, which a rig without examples can be.
+    /// Whether each frame is refined on the host, as rigidly as possible. Only a rig without examples can be
+    /// refined.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub refine: bool,
     /// How the take was brought into the rig's space before anything else.
@@ -64,7 +66,8 @@ pub struct Recipe {
 }
 
 impl Default for Recipe {
-    /// All frames of a take at its own rate: positions and normals of the whole face, in head space or with the head's motion beside them.
+    /// All frames of a take at its own rate: positions and normals of the whole face. They are in head space,
+    /// and a known head motion stands beside them.
     fn default() -> Self {
         Self {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -112,7 +115,7 @@ pub enum OutputStage {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HeadMotion {
-    /// It is a transform in the file, which the mesh moves with as a whole.
+    /// It is a transform in the file and moves the mesh as a whole.
     #[default]
     Keep,
     /// It is left out, as if the head never moved.
@@ -157,7 +160,7 @@ impl fmt::Display for HeadMotion {
 
 /// The kinds of channels that frames have. By default those of [`ChannelKind::is_default`].
 ///
-/// Files state what differs from the default, each kind as a yes or no of its name.
+/// Files state the kinds that differ from the default, each as a yes or no under its name.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ChannelChoice(BTreeSet<ChannelKind>);
 
@@ -176,7 +179,7 @@ impl ChannelChoice {
         self.0.contains(&kind)
     }
 
-    /// Lets frames have it, or not.
+    /// Adds this kind to the frames, or removes it.
     pub fn set(&mut self, kind: ChannelKind, yes: bool) {
         if yes {
             self.0.insert(kind)
@@ -216,7 +219,7 @@ impl<'de> Deserialize<'de> for ChannelChoice {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> std::result::Result<Self, D::Error> {
         let fields = BTreeMap::<String, Value>::deserialize(deserializer)?;
         let mut choice = Self::default();
-        // All fields of a recipe that are none of its others come here.
+        // serde flattens this choice: every field that is no other field of the recipe arrives here.
         for (name, value) in fields {
             match (ChannelKind::ALL.into_iter().find(|kind| kind.name() == name), value) {
                 (Some(kind), Value::Bool(yes)) => choice.set(kind, yes),
@@ -227,7 +230,7 @@ impl<'de> Deserialize<'de> for ChannelChoice {
     }
 }
 
-/// Handles or regions, and by how much folds are multiplied there; in files as `brows=0.5;chin=1.2`.
+/// Gains of the folds by handle or region; in files as `brows=0.5;chin=1.2`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gains(pub Vec<(String, f64)>);
 
@@ -317,7 +320,8 @@ impl FromStr for WrinkleGroups {
     }
 }
 
-/// How a take was treated before it was played, as far as somebody said so: by default it is in the rig's unit, axes and seconds.
+/// How a take was treated before it was played, as far as the user said so. By default the take is in the
+/// rig's unit, axes and seconds.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, serde::Deserialize)]
 pub struct Treatment {
     /// Metres in one unit of the take; `None` for the mesh's.
@@ -329,25 +333,26 @@ pub struct Treatment {
     /// Frames per second of the take, in place of its times.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rate: Option<f64>,
-    /// The hash of the file that says how a raw take was cleaned, and of the table of markers that it names.
+    /// The hash of the setup: the file that says how a raw take was cleaned, with the table of markers that
+    /// it names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup_hash: Option<String>,
 }
 
 impl Treatment {
-    /// Whether nobody said anything.
+    /// Whether everything is as by default.
     pub fn is_none(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// A recipe as a file states it: fields by their names, also those that a later version of this program has written. Empty where a file says
-/// nothing.
+/// A recipe as a file states it: fields by their names, including fields that a later version of this program
+/// has written. Empty if the file states nothing.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StatedRecipe(pub Vec<(String, Value)>);
 
 impl StatedRecipe {
-    /// What files say of shapes, which are of no take.
+    /// The recipe of shapes, which belong to no take.
     pub fn of_shapes(rig: &str) -> Self {
         let Self(mut fields) = Self::from(&Recipe { rig: rig.into(), ..Recipe::default() });
         let of_takes = fields.iter_mut().filter(|(name, _)| ["missing", "head"].contains(&name.as_str()));
@@ -358,11 +363,11 @@ impl StatedRecipe {
     /// The recipe.
     ///
     /// # Errors
-    /// [`Error::Input`] if a field lacks, has a value that this program does not know, or is unknown itself.
+    /// [`Error::Input`] if a field is missing, is unknown, or has a value that this program does not know.
     pub fn recipe(&self) -> Result<Recipe> {
         let parse = |fields: Map<String, Value>| serde_json::from_value::<Recipe>(Value::Object(fields));
         parse(self.0.iter().cloned().collect()).map_err(|error| {
-            // The field by itself, in a recipe that is sound otherwise.
+            // Each field is tried alone in a recipe that is otherwise sound.
             let is_wrong = |(name, value): &&(String, Value)| {
                 parse(Self::from(&Recipe::default()).with(name, value.clone()).0.into_iter().collect())
                     .is_err()
@@ -397,7 +402,8 @@ impl StatedRecipe {
         self
     }
 
-    /// The first field in which another one differs: its name and both values as text. `but_for` may differ.
+    /// The first field that differs in `other`: its name and both values as text. The fields `but_for` may
+    /// differ.
     pub fn difference(&self, other: &Self, but_for: &[&str]) -> Option<[String; 3]> {
         let names = self.0.iter().chain(&other.0).map(|(name, _)| name.as_str());
         let shown = |value: Option<&Value>| match value {
@@ -413,7 +419,7 @@ impl StatedRecipe {
 
 impl From<&Recipe> for StatedRecipe {
     fn from(recipe: &Recipe) -> Self {
-        // Through text, since it keeps the order of the fields.
+        // Through text, because text keeps the order of the fields.
         let json = serde_json::to_string(recipe);
         json.and_then(|json| serde_json::from_str(&json)).unwrap_or_default()
     }
@@ -456,7 +462,7 @@ fn is_one<T: PartialEq<f64>>(x: &T) -> bool {
     *x == 1.0
 }
 
-/// What files have as text.
+/// Fields that files hold as text.
 mod text {
     use serde::{Deserialize, Deserializer, Serializer, de};
     use std::fmt::Display;
@@ -473,7 +479,7 @@ mod text {
     }
 }
 
-/// A rate that files have as 0 where it is the take's own.
+/// A rate that files hold as 0 if it is the take's own.
 mod rate {
     use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
 
@@ -548,7 +554,7 @@ mod tests {
         assert_eq!(stated().0[2].0, "stage", "not in the order of the fields");
     }
 
-    /// Each field by itself: one that is forgotten where recipes are compared would be found here.
+    /// Each field by itself. A field that is forgotten where recipes are compared fails here.
     #[test]
     fn a_difference_in_any_field_is_a_difference() {
         let all = StatedRecipe::from(&all()).0;

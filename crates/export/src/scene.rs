@@ -12,22 +12,22 @@ pub struct Scene<'a> {
     pub name: &'a str,
     /// V×3 rest positions in mesh units.
     pub rest: &'a [[f32; 3]],
-    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to have no
-    /// normals.
+    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to
+    /// have no normals.
     pub rest_normals: Option<&'a [[f32; 3]]>,
-    /// What every frame comes with beside its positions, in the order in which the file is to have it. Normals are among them where there are
-    /// rest normals.
+    /// The channels of every frame beside its positions, in the order of the file. Normals are among them if
+    /// there are rest normals.
     pub channels: &'a [Channel],
     /// The polygons of the input mesh.
     pub faces: &'a Faces,
-    /// The polygons cut into triangles, for formats that have triangles alone: each triangle's three corners
-    /// as indices into [`Faces::indices`] (so that texture coordinates per corner are found).
+    /// The polygons cut into triangles, for formats that have triangles alone. Each triangle has three
+    /// corners as indices into [`Faces::indices`], so that texture coordinates per corner are found.
     pub triangle_corners: &'a [[u32; 3]],
     /// Texture coordinates of the input mesh.
     pub uvs: Option<&'a Uvs>,
     /// The materials that the input mesh names.
     pub materials: Option<&'a Materials>,
-    /// The head pose in the world in each frame; `None` where it is not known, as if it never moved.
+    /// The head pose in the world in each frame. `None` if it is not known: the head then never moves.
     pub head: Option<&'a [RigidMotion]>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
@@ -44,8 +44,9 @@ pub struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// A rig's mesh: one frame at 30 frames per second from time code 0, positions alone, without a head's motion.
-    pub fn of(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], recipe: &'a StatedRecipe) -> Self {
+    /// A rig's mesh: one frame at 30 frames per second from time code 0, positions alone, without a head's
+    /// motion.
+    pub fn new(rig: &'a Rig, triangle_corners: &'a [[u32; 3]], recipe: &'a StatedRecipe) -> Self {
         Self {
             name: &rig.surface().name,
             rest: &rig.surface().rest,
@@ -65,7 +66,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Whether its frames have this channel.
+    /// Whether the frames have this channel.
     pub fn has(&self, channel: &Channel) -> bool {
         self.channels.iter().any(|known| known.name == channel.name)
     }
@@ -83,7 +84,7 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// What is wrong with it, as a phrase without its subject.
+    /// What is wrong with the scene, as a phrase without its subject.
     pub fn fault(&self) -> Option<String> {
         let vertices = self.rest.len();
         let corners = self.faces.indices.len();

@@ -6,15 +6,16 @@ use rhytid_core::channel;
 use rhytid_core::numbers::first_not_finite;
 use rhytid_core::{Error, Faces, Materials, Result, UpAxis, Uvs};
 
-/// A mesh with named shapes, each with a slider in the program that opens it; nothing of it moves by itself.
+/// A mesh with named shapes, each with a slider in the program that opens the file. The mesh does not move by
+/// itself.
 #[derive(Debug, Clone)]
 pub struct Shapes<'a> {
     /// Names the mesh in the file; any text.
     pub name: &'a str,
     /// V×3 rest positions in mesh units: where all sliders are 0.
     pub rest: &'a [[f32; 3]],
-    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to have no
-    /// normals.
+    /// V×3 normals of the rest mesh, of length 1, or 0 at a vertex without area; `None` where the file is to
+    /// have no normals.
     pub rest_normals: Option<&'a [[f32; 3]]>,
     /// The polygons of the input mesh.
     pub faces: &'a Faces,
@@ -28,13 +29,13 @@ pub struct Shapes<'a> {
     pub metres_per_unit: f64,
     /// The mesh's up axis.
     pub up_axis: UpAxis,
-    /// What the shapes were made with.
+    /// How the shapes were made.
     pub recipe: &'a StatedRecipe,
     /// The shapes, at least one.
     pub shapes: &'a [Shape],
 }
 
-/// What one slider at 1 adds to the rest pose.
+/// The offsets that a slider at 1 adds to the rest pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shape {
     /// Any text, different from the other shapes' names.
@@ -54,7 +55,7 @@ impl Shapes<'_> {
         }
     }
 
-    /// The rest pose as an animation of one frame, for what the two have in common.
+    /// The rest pose as an animation of one frame, for the code that scenes and shapes share.
     pub fn rest_scene(&self) -> Scene<'_> {
         Scene {
             name: self.name,

@@ -1,5 +1,5 @@
-//! How fast capture files are read: ten minutes of 150 markers at 240 Hz, in each format, against reading the file's bytes and
-//! no more: `cargo bench -p rhytid-formats --bench raw_take`.
+//! How fast capture files are read: ten minutes of 150 markers at 240 Hz, in each format, against reading the
+//! file's bytes and no more: `cargo bench -p rhytid-formats --bench raw_take`.
 use rhytid_formats::raw_take;
 use std::error::Error;
 use std::fmt::Write as _;

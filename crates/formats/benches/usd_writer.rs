@@ -1,10 +1,12 @@
 //! How fast `.usd` is written, against USD's own library writing the same arrays to the same disk:
 //! `cargo bench -p rhytid-formats --bench usd_writer`, after `cargo xtask setup`.
 //!
-//! A sheet of 728 × 728 vertices, 100 frames of points, normals and extent. The arrays come from a file, so that both
-//! sides have them alike; reading it is in nobody's time. Ours computes the extents, USD is given them. USD's time is
-//! that of authoring and saving, and what it takes until the file is on the disk is told apart, since ours always
-//! waits for that. At the end USD compares every array of the two files.
+//! The scene is a sheet of 728 × 728 vertices with 100 frames of points, normals and extent. The arrays come
+//! from a file, so that both programs have the same ones. Reading the file is not timed.
+//!
+//! Rhytid computes the extents, and USD receives them. The time of USD is that of authoring and saving. The
+//! time until the file is on the disk is reported apart, because Rhytid always waits for the disk. At the
+//! end, USD compares every array of the two files.
 use rhytid_core::{Faces, NoProgress, UpAxis, channel};
 use rhytid_formats::animation;
 use rhytid_formats::export::{Frame, Options, Scene, StatedRecipe};
@@ -58,7 +60,8 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Each side's last file goes right before it writes the next, so that it gets that file's memory for the disk's cache.
+/// Each side's last file goes right before it writes the next, so that it gets that file's memory for the
+/// disk's cache.
 fn remove(path: &Path) -> std::io::Result<()> {
     if path.exists() { std::fs::remove_file(path) } else { Ok(()) }
 }
@@ -146,7 +149,7 @@ fn sheet() -> (Faces, Vec<[u32; 3]>) {
     (faces, triangles)
 }
 
-/// What `usd_writer.py` says of its work, as JSON.
+/// The report of `usd_writer.py`, as JSON.
 fn python(what: &str, folder: &Path) -> Result<Value> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let python =

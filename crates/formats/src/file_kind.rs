@@ -1,4 +1,5 @@
-//! What kind of file a file is, by its name and how it begins: for saying that two were given the wrong way round.
+//! The kind of a file, by its name and its first bytes. It serves messages about two files that were given
+//! the wrong way round.
 
 use rhytid_takes::raw_take;
 use std::fmt;
@@ -31,7 +32,7 @@ pub enum FileKind {
 
 impl FileKind {
     /// The kind of a file; `None` for a folder, one that cannot be opened, and one of no known kind.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn detect(path: &Path) -> Option<Self> {
         if !std::fs::metadata(path).ok()?.is_file() {
             return None;
         }

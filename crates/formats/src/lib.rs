@@ -1,8 +1,9 @@
 //! Files in and out of Rhytid, each opened by its extension.
 //!
-//! In: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]), capture files ([`raw_take`]), the
-//! project file ([`project`]) and edits ([`edits`]). Out, and back in: animations ([`animation`]). What their formats share is in
-//! [`export`]; USD layers are in [`usd`].
+//! These are read: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]),
+//! capture files ([`raw_take`]), the project file ([`project`]) and edits ([`edits`]). Animations
+//! ([`animation`]) are written and read back. Code that the animation formats share is in [`export`]; USD
+//! layers are in [`usd`].
 //!
 //! ```
 //! use rhytid_core::{NoProgress, UpAxis};

@@ -1,6 +1,6 @@
-//! Arrays of NumPy (`.npy`, the format's versions 1 to 3): the header, which is a Python dictionary of three known keys, and
-//! the numbers after it. Read here, since the crates for it bring a parser of Python along that takes longer to compile than
-//! any other reader.
+//! Arrays of NumPy (`.npy`, the format's versions 1 to 3): a header, which is a Python dictionary of three
+//! known keys, and the numbers. This module parses them itself, because the crates for the format bring a
+//! parser of Python that takes long to compile.
 
 use rhytid_core::{Error, Result, input_file};
 use std::path::Path;
@@ -8,14 +8,14 @@ use std::path::Path;
 /// An array of numbers in C order.
 pub(crate) struct Array {
     pub(crate) shape: Vec<usize>,
-    /// As many as the shape's product.
+    /// As many numbers as the product of the shape.
     pub(crate) numbers: Vec<f32>,
 }
 
-/// Reads an array of float32 or float64 in C order, whatever its byte order.
+/// Reads an array of float32 or float64 in C order, with either byte order.
 ///
 /// # Errors
-/// [`Error::Input`] if it is none, or is cut off; [`Error::Io`].
+/// [`Error::Input`] if the file is no such array or is cut off; [`Error::Io`].
 pub(crate) fn read(path: &Path) -> Result<Array> {
     let bytes = input_file::read(path, input_file::LARGEST_RIG)?;
     parse(&bytes).map_err(|error| error.in_file(path.display()))
@@ -74,13 +74,14 @@ fn split(bytes: &[u8]) -> Option<(&str, &[u8])> {
     Some((std::str::from_utf8(header).ok()?, data))
 }
 
-/// What stands behind a key of the dictionary, up to its end.
+/// The text behind a key of the dictionary, up to the end of the dictionary.
 fn value<'a>(header: &'a str, key: &str) -> Option<&'a str> {
     let at = header.find(&format!("'{key}'")).or_else(|| header.find(&format!("\"{key}\"")))?;
     Some(header[at + key.len() + 2..].trim_start().strip_prefix(':')?.trim_start())
 }
 
-/// A tuple of whole numbers; Python writes a comma behind the only one, and Python 2 wrote an L behind long ones.
+/// A tuple of whole numbers. Python writes a comma behind a single number, and Python 2 wrote an L behind
+/// long ones.
 fn tuple(text: &str) -> Option<Vec<usize>> {
     let inside = text.strip_prefix('(')?.split_once(')')?.0;
     let numbers = inside.split(',').map(|n| n.trim().trim_end_matches('L')).filter(|n| !n.is_empty());

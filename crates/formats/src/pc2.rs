@@ -1,9 +1,15 @@
-//! PC2, the point cache of 3ds Max, which Blender, Houdini and Maya's plug-ins read too: positions of vertices, frame after frame, and nothing
-//! else. They are for a mesh that the other program has already, with the neutral's vertices in the neutral's order.
+//! PC2, the point cache of 3ds Max, which Blender, Houdini and plug-ins of Maya also read. It holds positions
+//! of vertices, frame after frame, and nothing else. The other program needs the mesh already, with the
+//! vertices in the order of the neutral.
 //!
-//! All is little endian: the 12 bytes `POINTCACHE2\0`, the version 1, the number of points (both i32), the first frame's number and the samples in a
-//! frame, 1 (both f32), the number of samples (i32); then for each sample its points' x, y and z (f32), in mesh units along the mesh's own
-//! axes.
+//! All numbers are little endian. The header has 32 bytes:
+//!
+//! - the 12 bytes `POINTCACHE2\0`,
+//! - the version 1 and the number of points (i32),
+//! - the number of the first frame, and the samples in a frame, 1 (f32),
+//! - the number of samples (i32).
+//!
+//! Then each sample has x, y and z of its points (f32), in mesh units along the mesh's own axes.
 
 use rhytid_core::{AtomicFile, Error, Progress, Result};
 use rhytid_export::{Exporter, Frame, Scene, Written};
@@ -16,7 +22,7 @@ const HEADER: usize = 32;
 /// A point cache being written.
 pub(crate) struct PointCache {
     file: AtomicFile,
-    /// Bytes so far.
+    /// Bytes written so far.
     bytes: u64,
     frame: Vec<u8>,
 }
@@ -25,7 +31,8 @@ impl PointCache {
     /// Writes the header.
     ///
     /// # Errors
-    /// [`Error::Input`] if there are more points or frames than it can number, or the folder does not exist; [`Error::Io`].
+    /// [`Error::Input`] if the header cannot hold the number of points or frames, or the folder does not
+    /// exist; [`Error::Io`].
     pub(crate) fn create(path: &Path, scene: &Scene<'_>) -> Result<Self> {
         let number = |what: &str, n: usize| {
             i32::try_from(n).map_err(|_| {

@@ -1,4 +1,5 @@
-//! Dense meshes over time, whatever they are kept in: the truth that a rig is measured by, and what examples are cut out of.
+//! Dense meshes over time, from files of several kinds. A rig is measured against them, and examples are cut
+//! out of them.
 
 use crate::animation;
 use crate::npy::{self, Array};
@@ -7,7 +8,7 @@ use rhytid_export::AnimationReader;
 use rhytid_meshes as mesh;
 use std::path::{Path, PathBuf};
 
-/// Frames of a mesh whose vertices are those of a neutral one.
+/// Frames of a mesh with the vertices of a neutral one.
 pub struct Sequence {
     kept: Kept,
     frames: usize,
@@ -23,12 +24,17 @@ enum Kept {
 }
 
 impl Sequence {
-    /// Opens a USD or glTF animation, a NumPy array of frames × V × 3 float32 or float64 in mesh units (`.npy`), or a folder of
-    /// meshes, whose frames are in the order of their names. `neutral` was read from `neutral_path`; animations have to be in
-    /// its unit, `metres_per_unit`.
+    /// Opens a sequence of one of three kinds.
+    ///
+    /// - A USD or glTF animation. Its unit has to be that of the neutral, `metres_per_unit`.
+    /// - A NumPy array (`.npy`) of frames × V × 3 float32 or float64 in mesh units.
+    /// - A folder of meshes. The frames are in the order of the names of the files.
+    ///
+    /// `neutral` was read from `neutral_path`.
     ///
     /// # Errors
-    /// [`Error::Input`] if it is none of these, has no frame, or other vertices than `neutral`; [`Error::Io`].
+    /// [`Error::Input`] if `path` is none of these, has no frame, or has other vertices than `neutral`;
+    /// [`Error::Io`].
     pub fn open(path: &Path, neutral: &Mesh, neutral_path: &Path, metres_per_unit: f64) -> Result<Self> {
         let fault = |what: String| Err(Error::mismatch(format!("{}: {what}", path.display())));
         let vertices = neutral.positions.len();
@@ -48,7 +54,7 @@ impl Sequence {
             let (frames, positions) = array(path, vertices)?;
             return Ok(Self { kept: Kept::Array(positions), frames });
         }
-        let reader = animation::open(path).map_err(|error| match animation::Format::of(path) {
+        let reader = animation::open(path).map_err(|error| match animation::Format::from_extension(path) {
             Ok(_) => error,
             Err(_) => error.reworded(|message| {
                 format!(
@@ -82,7 +88,8 @@ impl Sequence {
     /// Replaces `out` by the 3V positions of a frame below [`Sequence::frames`], in mesh units.
     ///
     /// # Errors
-    /// [`Error::Input`] if the frame is damaged or has other vertices or faces than the neutral; [`Error::Io`].
+    /// [`Error::Input`] if the frame is damaged or has other vertices or faces than the neutral;
+    /// [`Error::Io`].
     pub fn positions(&mut self, frame: usize, out: &mut Vec<f32>) -> Result<()> {
         match &mut self.kept {
             Kept::Animation(reader) => reader.positions(frame, out),
@@ -102,12 +109,12 @@ impl Sequence {
     }
 }
 
-/// The meshes of a folder by name; what else is there does not matter.
+/// The meshes of a folder by name. Other files do not matter.
 fn meshes_in(folder: &Path) -> Result<Vec<PathBuf>> {
     let io = Error::io(folder);
     let entries = std::fs::read_dir(folder).and_then(Iterator::collect::<std::io::Result<Vec<_>>>);
     let mut files: Vec<PathBuf> = entries.map_err(io)?.into_iter().map(|entry| entry.path()).collect();
-    files.retain(|file| file.is_file() && mesh::Format::of(file).is_ok());
+    files.retain(|file| file.is_file() && mesh::Format::from_extension(file).is_ok());
     files.sort();
     Ok(files)
 }

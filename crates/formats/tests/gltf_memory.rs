@@ -1,4 +1,5 @@
-//! Memory does not grow with the frames. (A process of its own: what is measured is the most that it ever had.)
+//! Memory does not grow with the frames. (This is a process of its own, because the test measures the peak of
+//! its memory.)
 #![cfg(target_os = "linux")]
 
 use rhytid_core::{Faces, NoProgress, UpAxis, channel};

@@ -4,7 +4,7 @@ use std::collections::BinaryHeap;
 
 /// How a node is reached.
 pub trait Label: Copy + PartialEq {
-    /// Of a node that is not reached.
+    /// The label of a node that is not reached.
     const UNREACHED: Self;
 
     /// The distance from the source.
@@ -61,8 +61,9 @@ impl<L: Label> PartialEq for Visit<L> {
 
 impl<L: Label> Eq for Visit<L> {}
 
-/// The label of every node, into `labels`. A node is labelled from `sources`, along `edges`, which gives the neighbours of a node
-/// and the lengths of the ways there, 0 or more. No node is reached that would be farther than its `limit`.
+/// Writes the label of every node into `labels`. A node is labelled from `sources`, along `edges`. `edges`
+/// returns the neighbours of a node and the lengths of the ways to them, 0 or more. No node is reached that
+/// would be farther than its `limit`.
 ///
 /// ```
 /// use rhytid_geometry::dijkstra::shortest_ways;

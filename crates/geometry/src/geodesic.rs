@@ -1,4 +1,5 @@
-//! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain edges (section 3).
+//! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain
+//! edges (section 3).
 use crate::Topology;
 use crate::dijkstra::{Label, shortest_ways};
 use glam::DVec3;
@@ -9,12 +10,12 @@ use std::cmp::Ordering;
 /// The edges of the rest mesh with their lengths.
 pub struct EdgeGraph<'a> {
     topology: &'a Topology,
-    /// Of each vertex's edges, in the order of its neighbours.
+    /// The lengths of the edges of each vertex, in the order of its neighbours.
     lengths: Vec<f64>,
 }
 
 impl<'a> EdgeGraph<'a> {
-    /// Of V×3 positions.
+    /// The edges of a mesh with V×3 positions.
     pub fn new(positions: &[[f64; 3]], topology: &'a Topology) -> Self {
         let position = |v: usize| DVec3::from_array(positions[v]);
         let of_vertex =
@@ -27,21 +28,21 @@ impl<'a> EdgeGraph<'a> {
         self.topology.vertices()
     }
 
-    /// The neighbours of a vertex, and how far they are.
+    /// The neighbours of a vertex with their distances.
     pub fn edges(&self, v: u32) -> impl Iterator<Item = (u32, f64)> {
         let lengths = &self.lengths[self.topology.neighbor_range(v as usize)];
         self.topology.neighbors(v as usize).iter().copied().zip(lengths.iter().copied())
     }
 
-    /// The distance of every vertex from vertex `from`, into `distances`, V; infinite where it cannot be reached, or where the way
-    /// there leads through a vertex that is farther than its `limit`.
+    /// Writes the distance of every vertex from vertex `from` into `distances`, V. A vertex that would be
+    /// farther than its `limit` is not reached. The distance of a vertex that is not reached is infinite.
     pub fn distances(&self, from: u32, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
         shortest_ways([(from, 0.0)], |v| self.edges(v), limit, distances);
     }
 }
 
-/// The handle that is nearest to each vertex along the edges of the rest mesh (ties: the lowest handle);
-/// `None` where no handle can be reached.
+/// The handle that is nearest to each vertex along the edges of the rest mesh. Of equally near handles the
+/// lowest counts. `None` where no handle can be reached.
 pub fn voronoi_cells(
     positions: &[[f64; 3]],
     topology: &Topology,
@@ -54,9 +55,9 @@ pub fn voronoi_cells(
 /// The handle that is nearest to a vertex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cell {
-    /// How far it is along the edges of the rest mesh.
+    /// Its distance along the edges of the rest mesh.
     pub distance: f64,
-    /// Which.
+    /// The nearest handle.
     pub handle: HandleId,
 }
 
@@ -71,7 +72,7 @@ impl Label for Cell {
         Self { distance: self.distance + length, ..*self }
     }
 
-    /// Of handles that are equally near the lowest counts.
+    /// Of equally near handles the lowest counts.
     fn order(&self, other: &Self) -> Ordering {
         self.distance.total_cmp(&other.distance).then(self.handle.cmp(&other.handle))
     }
@@ -87,8 +88,8 @@ pub fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[VertexId]) -> Vec<Optio
     cells.into_iter().map(|cell| (cell != Cell::UNREACHED).then_some(cell)).collect()
 }
 
-/// The pairs of handles whose cells touch: those with an edge of the mesh between them. Each pair ascending,
-/// pairs sorted.
+/// The pairs of handles whose cells touch: an edge of the mesh joins them. Each pair is ascending, and the
+/// pairs are sorted.
 pub fn touching_cells(topology: &Topology, cells: &[Option<HandleId>]) -> Vec<[HandleId; 2]> {
     let mut pairs = Vec::new();
     for (v, cell) in cells.iter().enumerate() {
@@ -105,8 +106,8 @@ pub fn touching_cells(topology: &Topology, cells: &[Option<HandleId>]) -> Vec<[H
     pairs
 }
 
-/// For each of `edges`, as [`touching_cells`] gives them, the shortest way along the mesh from one handle to the other over a place where
-/// their cells touch.
+/// For each of `edges`, the shortest way along the mesh from one handle to the other across a place where
+/// their cells touch. `edges` are as [`touching_cells`] returns them.
 pub fn ways(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &[[HandleId; 2]]) -> Vec<f64> {
     let mut ways = vec![f64::INFINITY; edges.len()];
     for (v, cell) in cells.iter().enumerate() {
@@ -121,12 +122,15 @@ pub fn ways(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &[[HandleId; 2
     ways
 }
 
-/// Cells that touch at a place so many times as far from their handles as most do have it for want of a marker between them: at the
-/// back of a head, so that a strain edge would go through it. Measured: 3 at most between neighbours on the skin of four faces with 31 to
-/// 120 handles, 4 to 5 around a mouth or an eye without a marker at its corner, 5 to 23 around a head.
+/// A pair of touching cells is dropped if its way is more than so many times the median way.
+///
+/// Such cells touch only because there is no marker between them, as at the back of a head. A strain edge
+/// would go through the head. Measured ratios on four faces with 31 to 120 handles: at most 3 between
+/// neighbours on the skin. They are 4 to 5 around a mouth or an eye without a marker at its corner, and 5 to
+/// 23 around a head.
 const FAR: f64 = 5.0;
 
-/// Takes the pairs out of `edges` whose handles are five times as far along the skin as most are.
+/// Removes the pairs from `edges` whose way along the skin is more than five times the median way.
 pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &mut Vec<[HandleId; 2]>) {
     let ways = ways(graph, cells, edges);
     let mut sorted = ways.clone();
@@ -142,7 +146,7 @@ mod tests {
 
     #[test]
     fn cells_of_a_strip() {
-        // A strip of seven quads, each cut in two; handles at its two ends and in the middle.
+        // A strip of seven quads, each cut in two, with handles at its two ends and in the middle.
         let positions: Vec<[f64; 3]> = (0..16).map(|i| [f64::from(i / 2), f64::from(i % 2), 0.0]).collect();
         let triangles: Vec<[u32; 3]> = (0..7u32)
             .flat_map(|i| [[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 2, 2 * i + 3, 2 * i + 1]])
@@ -150,16 +154,17 @@ mod tests {
         let topology = Topology::new(17, &triangles);
         let positions = [positions, vec![[9.0; 3]]].concat();
         let cells = voronoi_cells(&positions, &topology, &[0, 14, 6].map(VertexId));
-        // From the strip's lower side up it is one along a quad's side, and √2 along its diagonal, which leans to the left: the
-        // left handle has the first two columns, the middle one the next three. The sixth column is as far from
-        // the middle as from the right end below, where the lower handle has it, and nearer to the right end above.
+        // A quad's side has the length 1, and its diagonal, which leans to the left, √2. So the left handle
+        // has the first two columns, and the middle handle the next three. The lower vertex of the sixth
+        // column is as far from the middle handle as from the right one, and the handle with the lower number
+        // gets it. The upper vertex is nearer to the right handle.
         let expected = [0, 0, 0, 0, 2, 2, 2, 2, 2, 2, 1, 1, 1, 1, 1, 1].map(|h| Some(HandleId(h)));
         assert_eq!(cells[..16], expected);
         assert_eq!(touching_cells(&topology, &cells), [[0, 2], [1, 2]].map(|pair| pair.map(HandleId)));
     }
 
-    /// A grid of 7 × 6 quads of 3 by 4, each cut in two, so that all lengths are whole numbers and many are equal; `bend` moves
-    /// its vertices by up to that much.
+    /// A grid of 7 × 6 quads of 3 by 4, each cut in two. All lengths are whole numbers, and many are equal.
+    /// `bend` moves the vertices by up to that much.
     fn grid(bend: f64) -> (Vec<[f64; 3]>, Topology) {
         let number = |i: u32| ((f64::from(i) * 12.9898).sin() * 43758.5453).fract();
         let at = |i: u32| {

@@ -2,8 +2,9 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Below this ratio of its height to its longest edge, a triangle counts as having no area: about ten times what float32
-/// makes of three points on a line. Its cotangents would be a million, and what is to be solved as bad as their square.
+/// A triangle counts as having no area if the ratio of its height to its longest edge is below this. The
+/// limit is about ten times the ratio that float32 makes of three points on a line. The cotangents of such a
+/// triangle would be a million, and the system's condition as bad as their square.
 const FLAT: f64 = 1e-6;
 
 /// Whether the triangle `abc` has no area.
@@ -25,8 +26,8 @@ pub struct Laplacian {
     pub mass: Vec<f64>,
 }
 
-/// Assembles the Laplacian of V `positions` and `triangles`. Triangles without area add nothing; boundaries are
-/// natural.
+/// Assembles the Laplacian of V `positions` and `triangles`. Triangles without area add nothing; boundaries
+/// are natural.
 pub fn laplacian(positions: &[[f64; 3]], triangles: &[[u32; 3]]) -> Laplacian {
     let mut mass = vec![0.0; positions.len()];
     let mut parts = Vec::with_capacity(triangles.len() * 3);

@@ -1,10 +1,13 @@
 //! Principal strains: how much skin is stretched and squeezed at each vertex, and which way.
 //!
-//! A triangle with the edges E₀ at rest, as 2×2 in its own plane, and E in a frame, as 3×2, is deformed by F = E E₀⁻¹. A vertex has the mean of
-//! the metrics FᵀF of the triangles around it, weighted by their areas at rest, each turned from its triangle's plane into the vertex's by
-//! the smallest rotation that does so. Its eigenvalues are the squares of the principal stretches λ₁ ≥ λ₂, and what is given are the
-//! strains λ − 1: the singular values of the deformation gradient less one, 0.1 where skin is a tenth longer than at rest, −0.1 where
-//! it is a tenth shorter. How the mesh moves as a whole changes nothing.
+//! A triangle has the edges E₀ at rest, as 2×2 in its own plane, and E in a frame, as 3×2. It is deformed by
+//! F = E E₀⁻¹. A vertex has the mean of the metrics FᵀF of the triangles around it, weighted by their areas
+//! at rest. Each metric is first turned from its triangle's plane into the vertex's by the smallest rotation
+//! that does so.
+//!
+//! The eigenvalues of the mean are the squares of the principal stretches λ₁ ≥ λ₂. The strains are λ − 1: the
+//! singular values of the deformation gradient less one. So 0.1 means skin a tenth longer than at rest, and
+//! −0.1 skin a tenth shorter. A rigid motion of the whole mesh changes nothing.
 
 use crate::laplacian::is_degenerate;
 use glam::{DVec2, DVec3};
@@ -15,17 +18,17 @@ use rhytid_kernels::vec3;
 /// Vertices that a thread takes at once.
 const CHUNK: usize = 1024;
 
-/// A mesh at rest, ready to say how frames of it are strained.
+/// A mesh at rest, prepared to measure the strains of its frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StrainGauge {
     triangles: Vec<[u32; 3]>,
     planes: Vec<Plane>,
-    /// Where each vertex's part of `corners` begins, and where the last one's ends: V + 1.
+    /// Where each vertex's part of `corners` begins, and where the last part ends: V + 1 entries.
     begins: Vec<u32>,
     corners: Vec<Corner>,
 }
 
-/// What is needed of a triangle at rest: E₀⁻¹, whose first axis is along the first edge.
+/// The rest shape of a triangle: E₀⁻¹, with the first axis along the first edge.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Plane {
     /// One by the length of the first edge.
@@ -36,7 +39,7 @@ struct Plane {
     across: f64,
 }
 
-/// A triangle as one of its vertices has it.
+/// A triangle as seen from one of its vertices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Corner {
     triangle: u32,
@@ -49,19 +52,20 @@ struct Corner {
 /// The principal strains at V vertices.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct PrincipalStrains {
-    /// V × 2: λ₁ − 1 and λ₂ − 1, the larger first; 0 at a vertex without a triangle that has an area. From −1, for skin that has no
-    /// length left.
+    /// V × 2: λ₁ − 1 and λ₂ − 1, the larger first. 0 at a vertex without a triangle that has an area. The
+    /// least value is −1, for skin that has shrunk to no length.
     pub strains: Vec<[f32; 2]>,
-    /// V × 3, the direction of each first strain on the surface as it is in the frame: of length 1, or 0 where there is none. It is a line rather than
-    /// an arrow, whose sign means nothing, and where both strains are alike it means nothing either.
+    /// V × 3, the direction of each first strain on the surface of the frame: of length 1, or 0 if there is
+    /// none. The direction is a line rather than an arrow, so its sign means nothing. If both strains are
+    /// equal, the direction means nothing.
     pub first: Vec<[f32; 3]>,
-    /// V × 3, that of each second strain, at right angles to the first and in the surface.
+    /// V × 3, the direction of each second strain, at right angles to the first and in the surface.
     pub second: Vec<[f32; 3]>,
 }
 
 impl StrainGauge {
-    /// For a mesh of `triangles` whose V vertices are at `rest`. Triangles without area count for nothing, and so does one at a vertex whose
-    /// normal is the opposite of its own.
+    /// For a mesh of `triangles` whose V vertices are at `rest`. Triangles without area do not count. At a
+    /// vertex, neither does a triangle whose normal is opposite to the normal of the vertex.
     ///
     /// # Panics
     /// If a triangle's vertex is not below V.
@@ -117,12 +121,14 @@ impl StrainGauge {
         self.begins.len() - 1
     }
 
-    /// A third of the triangles around each vertex at rest, V in mesh units squared: what means over parts of a face are weighted by.
+    /// The area of each vertex, V in mesh units squared: a third of the triangles around it at rest. It
+    /// weights means over parts of a face.
     pub fn areas(&self) -> impl Iterator<Item = f64> + '_ {
         (0..self.vertices()).map(|v| self.corners_of(v).iter().map(|corner| corner.area).sum::<f64>() / 3.0)
     }
 
-    /// Replaces `strains` by those of a frame whose V vertices are at `positions`, computed in f64 and rounded once.
+    /// Replaces `strains` by those of a frame whose V vertices are at `positions`, computed in f64 and
+    /// rounded once.
     ///
     /// # Panics
     /// If there are fewer positions.
@@ -200,31 +206,35 @@ fn wide(x: [f32; 3]) -> DVec3 {
     DVec3::from_array(x.map(f64::from))
 }
 
-/// The vector of length 1, or zero where `x` is zero. As the kernels do it, very small vectors keep their direction.
+/// The vector of length 1, or zero where `x` is zero. As the kernels do it, very small vectors keep their
+/// direction.
 fn normalize(x: DVec3) -> DVec3 {
     DVec3::from_array(vec3::normalize(x.to_array()))
 }
 
-/// Two axes at right angles to a normal; the first as near to the mesh's x as can be, so that neighbours have similar ones.
+/// Two axes at right angles to a normal; the first as near to the mesh's x as can be, so that neighbours have
+/// similar ones.
 fn tangents(normal: DVec3) -> [DVec3; 2] {
     let axis = if normal.x.abs() < 0.99 { DVec3::X } else { DVec3::Y };
     let first = normalize(axis - normal * axis.dot(normal));
     [first, normal.cross(first)]
 }
 
-/// `x`, which is at right angles to the unit vector `from`, turned by the smallest rotation from there to the unit vector `to`.
+/// Turns `x`, which is at right angles to the unit vector `from`, by the smallest rotation from `from` to the
+/// unit vector `to`.
 fn turn(x: DVec3, from: DVec3, to: DVec3, cosine: f64) -> DVec3 {
     let part = to.dot(x) / (1.0 + cosine);
     x - (from + to) * part
 }
 
-/// The eigenvalues of a symmetric matrix, given as xx, xy and yy, the larger first, and the unit vector of that one.
+/// The eigenvalues of a symmetric matrix, the larger first, and the unit eigenvector of the larger one. The
+/// matrix is given as xx, xy and yy.
 fn eigen([xx, xy, yy]: [f64; 3]) -> ([f64; 2], [f64; 2]) {
     let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
     let radius = (half * half + xy * xy).sqrt();
     let vector = match half {
         _ if radius == 0.0 => [1.0, 0.0],
-        // Of the two columns that say it, the one without a difference of what is nearly alike.
+        // Two columns hold the eigenvector. This takes the one without a difference of nearly equal numbers.
         0.0.. => [half + radius, xy],
         _ => [xy.abs(), (radius - half).copysign(xy)],
     };
@@ -346,8 +356,8 @@ mod tests {
         assert!((areas / (4.0 * std::f64::consts::PI) - 1.0).abs() < 0.01, "{areas}");
     }
 
-    /// Of a ball made longer along z by k, the meridian and the circle of latitude at the angle θ from the pole are stretched by
-    /// √(cos² θ + k² sin² θ) and 1.
+    /// A ball is made k times as long along z. At the angle θ from the pole, the meridian is stretched by
+    /// √(cos² θ + k² sin² θ), and the circle of latitude by 1.
     #[test]
     fn a_ball_made_longer_has_the_strains_of_its_meridians() {
         let (rest, triangles) = ball(5);
@@ -366,20 +376,21 @@ mod tests {
         }
     }
 
-    /// What is bent without being stretched is not strained, but by what its triangles are not the surface.
+    /// A surface that is bent without being stretched has no strain, except for the difference between its
+    /// triangles and the surface.
     #[test]
     fn a_sheet_rolled_up_has_no_strain() {
         let (rest, triangles) = grid(40);
         let rolled = map(&rest, |[x, y, _]| [x.sin(), y, x.cos()]);
         assert_all(&measured(&rest, &triangles, &rolled), [0.0; 2], None, 2e-4);
-        // Nor where it is straightened.
+        // Straightening it strains nothing either.
         assert_all(&measured(&rolled, &triangles, &rest), [0.0; 2], None, 2e-4);
     }
 
     #[test]
     fn what_has_no_area_has_no_strain() {
         let rest = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [2.0, 0.0, 0.0], [9.0, 9.0, 9.0]];
-        // The second has no area; vertex 3 is in no other, and vertex 4 in none.
+        // The second triangle has no area. Vertex 3 is in no other triangle, and vertex 4 in none.
         let triangles = [[0, 1, 2], [0, 1, 3]];
         let moved = rest.map(|[x, y, z]| [2.0 * x, y, z]);
         let found = measured(&rest, &triangles, &moved);

@@ -1,8 +1,8 @@
-//! A surface of triangles: the point of it that is closest to another.
+//! A surface of triangles, and its closest point to a given point.
 use glam::DVec3;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
-/// How many triangles are looked at for one that suits.
+/// The most triangles that are tried in the search for a suitable one.
 const LOOKED_AT: usize = 256;
 
 /// Triangles in a tree.
@@ -10,32 +10,32 @@ pub struct Surface {
     tree: RTree<Triangle>,
 }
 
-/// The point of a surface that is closest to another.
+/// The point of a surface that is closest to a given point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Closest {
-    /// Where it is.
+    /// The closest point.
     pub point: DVec3,
-    /// In which triangle, as they were given.
+    /// The number of its triangle, as the triangles were given.
     pub triangle: usize,
-    /// Its barycentric coordinates there.
+    /// Its barycentric coordinates in that triangle.
     pub weights: [f64; 3],
 }
 
 impl Surface {
-    /// Of `corners` of triangles that each have an area.
+    /// The surface of triangles with these `corners`; each triangle has an area.
     pub fn new(corners: impl Iterator<Item = (usize, [DVec3; 3])>) -> Self {
         let triangles = corners.map(|(index, corners)| Triangle { index, corners }).collect();
         Self { tree: RTree::bulk_load(triangles) }
     }
 
-    /// The closest point; of triangles that are equally close, the first's. `None` without a triangle.
+    /// The closest point. Of equally close triangles the first one counts. `None` without a triangle.
     pub fn closest(&self, p: DVec3) -> Option<Closest> {
         let found = self.tree.nearest_neighbors(&p.to_array()).into_iter().min_by_key(|t| t.index)?;
         Some(found.closest(p))
     }
 
-    /// The closest point in a triangle that `suits`, no farther than `within`. Of the triangles around only so many are looked at that a
-    /// point in the midst of what does not suit costs little: the 256 nearest.
+    /// The closest point in a triangle that `suits`, no farther than `within`. Only the 256 nearest triangles
+    /// are tried, so that a point among unsuitable triangles costs little.
     pub fn closest_that(&self, p: DVec3, within: f64, suits: impl Fn(usize) -> bool) -> Option<Closest> {
         let near = self.tree.nearest_neighbor_iter_with_distance_2(p.to_array()).take(LOOKED_AT);
         let near = near.take_while(|(_, squared)| *squared <= within * within);
@@ -43,7 +43,7 @@ impl Surface {
     }
 }
 
-/// A triangle, which one it is of all, and its corners.
+/// A triangle: its number and its corners.
 struct Triangle {
     index: usize,
     corners: [DVec3; 3],
@@ -55,8 +55,9 @@ impl Triangle {
         Closest { point, triangle: self.index, weights }
     }
 
-    /// The point of the triangle that is closest to `p`, and its barycentric coordinates. Signs of products
-    /// tell whether it is a corner, on an edge or inside (Ericson, *Real-Time Collision Detection*, 5.1.5).
+    /// The point of the triangle that is closest to `p`, and its barycentric coordinates. The signs of
+    /// products tell whether the point is a corner, on an edge or inside (Ericson, *Real-Time Collision
+    /// Detection*, 5.1.5).
     fn closest_point(&self, p: DVec3) -> (DVec3, [f64; 3]) {
         let [a, b, c] = self.corners;
         let (ab, ac, bc) = (b - a, c - a, c - b);

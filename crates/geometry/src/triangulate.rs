@@ -3,8 +3,10 @@ use glam::DVec3;
 use rhytid_core::Mesh;
 
 /// Triangles for the computation, as vertex indices: n − 2 for each polygon of n corners, polygon after
-/// polygon. Quads are cut from their first corner, or from their second where only that keeps both halves
-/// facing the same way; larger polygons by ear clipping in their plane.
+/// polygon.
+///
+/// A quad is cut from its first corner. It is cut from its second corner if only that cut keeps both halves
+/// facing the same way. Larger polygons are cut by ear clipping in their plane.
 pub fn triangulate(mesh: &Mesh) -> Vec<[u32; 3]> {
     let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
     let mut out = Vec::with_capacity(mesh.faces.indices.len() - 2 * mesh.faces.len());

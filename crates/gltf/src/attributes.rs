@@ -1,7 +1,9 @@
-//! Channels in glTF: attributes of the application's own on the mesh and on its targets, which the crate `gltf` knows on meshes alone.
+//! Channels in glTF: application-specific attributes on the mesh and on its targets. The crate `gltf` knows
+//! such attributes on meshes alone.
 //!
-//! Each is a VEC3. Programs import two attributes of different width wrongly, and viewers can morph three numbers as they morph colours. So
-//! channels of one number are packed three to an attribute, and the scene's extras say which is where.
+//! Each attribute is a VEC3. Programs import two attributes of different width wrongly, and viewers morph
+//! three numbers like colours. So channels of one number are packed three to an attribute, and the scene's
+//! extras say where each channel is.
 
 use rhytid_core::ChannelKind;
 use rhytid_core::channel::{self, Channel, Interpolation, Quantity, Timing};
@@ -10,7 +12,7 @@ use serde::Deserialize;
 use serde_json::Value;
 use std::collections::BTreeMap;
 
-/// The strains, and that of the area, (1 + e₁)(1 + e₂) − 1.
+/// The two strains, and the strain of the area, (1 + e₁)(1 + e₂) − 1.
 const STRAIN: &str = "_STRAIN";
 
 /// The directions of the first strains.
@@ -24,19 +26,19 @@ pub fn carries(kind: ChannelKind) -> bool {
 /// Channels that stand in an attribute one after the other, three numbers at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Attribute {
-    /// With `_` in front.
+    /// The name, with `_` in front.
     pub name: String,
-    /// The channels whose numbers stand in it, one after the other.
+    /// The channels whose numbers stand in this attribute, one after the other.
     pub channels: Vec<Channel>,
 }
 
 impl Attribute {
-    /// The attributes that frames with these channels have, in their order. What has no place in glTF is left out:
-    /// `rhytid_formats::animation::Format::carries` is asked before.
+    /// The attributes that frames with these channels have, in their order. Channels without a place in glTF
+    /// are left out; `rhytid_formats::animation::Format::carries` is asked before.
     pub fn of_channels<'c>(channels: impl IntoIterator<Item = &'c Channel>) -> Vec<Self> {
         let mut attributes: Vec<Self> = Vec::new();
         let has_place = |channel: &&Channel| {
-            // Normals have an attribute of the standard's, and the second direction is at right angles to the first.
+            // Normals have a standard attribute. The second direction is at right angles to the first.
             let others = [&channel::POSITIONS, &channel::NORMALS, &channel::STRAIN_DIRECTION_2];
             others.iter().all(|other| other.name != channel.name)
                 && channel.kind.is_none_or(carries)
@@ -61,8 +63,8 @@ impl Attribute {
         attributes
     }
 
-    /// The attribute that a file's mesh has under this name; `packed` are the names that the scene's extras state for it. `None` where it is somebody
-    /// else's.
+    /// The attribute that a file's mesh has under this name. `packed` are the channel names that the scene's
+    /// extras state for it. `None` if the attribute is not one of Rhytid's.
     pub(super) fn of_file(name: &str, packed: Option<&Vec<Stated>>) -> Option<Self> {
         let channels = match (name, packed) {
             (STRAIN, _) => vec![channel::STRAIN.clone()],
@@ -89,22 +91,22 @@ impl Attribute {
             && self.width() + channel.width <= 3
     }
 
-    /// Whether the mesh has it and its targets do not.
+    /// Whether the mesh has the attribute and its targets do not.
     pub(super) fn is_constant(&self) -> bool {
         self.channels.iter().all(|channel| channel.timing == Timing::Constant)
     }
 
-    /// Whether it can be a sum of that of a few shapes: no direction can.
+    /// Whether the attribute can be a weighted sum of those of a few shapes. Directions cannot.
     pub fn can_be_fitted(&self) -> bool {
         self.channels.iter().all(|channel| channel.quantity != Quantity::Direction)
     }
 
-    /// How many of its three numbers are a channel's.
+    /// How many of its three numbers belong to a channel.
     pub(super) fn counted(&self) -> usize {
         self.width().min(3)
     }
 
-    /// V × 3 numbers of a frame; empty where it has none of the channels.
+    /// V × 3 numbers of a frame; empty if the frame has none of the channels.
     pub(super) fn of_frame(&self, frame: &Frame<'_>) -> Vec<f32> {
         if let (STRAIN, Some(strains)) = (&*self.name, frame.get(&channel::STRAIN)) {
             let three = |&[first, second]: &[f32; 2]| [first, second, (1.0 + first) * (1.0 + second) - 1.0];
@@ -134,7 +136,8 @@ impl Attribute {
             .collect()
     }
 
-    /// What the scene's extras state of attributes, if anything: names that say it all need no more.
+    /// What the scene's extras state of the attributes, if anything. Attributes whose names say everything
+    /// need no entry.
     pub(super) fn stated(attributes: &[Self]) -> Option<Value> {
         let others = attributes.iter().filter(|attribute| ![STRAIN, DIRECTION].contains(&&*attribute.name));
         let stated = |channel: &Channel| serde_json::json!({ "name": channel.name, "width": channel.width });
@@ -152,7 +155,7 @@ pub(super) struct Stated {
     width: usize,
 }
 
-/// What targets have besides: an accessor by its attribute's name.
+/// The further attributes of targets: an accessor by the name of its attribute.
 pub(super) type Extras = Vec<(String, u32)>;
 
 /// Adds accessors to the targets of the only mesh of a document.

@@ -1,5 +1,5 @@
-//! glTF 2.0 out, and what was written back in: animations and shapes as morph targets. (Other people's meshes are read
-//! by `rhytid-meshes`.)
+//! Writes animations and shapes as glTF 2.0 with morph targets, and reads back such files. (`rhytid-meshes`
+//! reads the meshes of other programs.)
 
 #![forbid(unsafe_code)]
 

@@ -1,12 +1,13 @@
-//! The compression of EXT_meshopt_compression, which returns every bit.
+//! The lossless compression of EXT_meshopt_compression.
 //!
-//! The extension fixes the versions: 0 of the codec for vertices, 1 of that for indices. Of the two codecs for indices
-//! this is the one that keeps the corners' order; the other may turn triangles.
+//! The extension fixes the versions of the codecs: 0 for vertices, 1 for indices. Of the two codecs for
+//! indices, this module uses the one that keeps the order of the corners. The other codec may rotate
+//! triangles.
 //!
-//! `meshopt-rs` is a port to Rust of which no version has appeared since 2022. What is maintained (`meshopt`) binds
-//! the original in C++: it would ask everyone who builds this for a C++ compiler, and one for wasm too, and decode
-//! files from anywhere in code that no borrow checker has seen. The format is frozen, so the port has nothing to
-//! keep up with, and the tests decode what it writes with the original.
+//! `meshopt-rs` is a port to Rust without a release since 2022. The maintained crate `meshopt` binds the
+//! original in C++. Everyone who builds this project would need a C++ compiler for it, and one for wasm too.
+//! It would also decode untrusted files in code without memory safety. The format is frozen, so the port has
+//! nothing to keep up with. The tests decode its output with the original.
 
 use meshopt_rs::index::IndexEncodingVersion;
 use meshopt_rs::index::sequence::{
@@ -50,7 +51,8 @@ fn encode<const N: usize>(bytes: &[u8]) -> Option<Vec<u8>> {
     rest.is_empty().then_some(out)
 }
 
-/// The `count` elements of `stride` bytes that `encoded` holds; `None` if it is damaged or the stride is none of ours.
+/// The `count` elements of `stride` bytes that `encoded` holds; `None` if it is damaged or the stride is not
+/// supported.
 pub(super) fn decode_elements(encoded: &[u8], count: usize, stride: usize) -> Option<Vec<u8>> {
     // At best, two bits stand for sixteen bytes.
     if count.checked_mul(stride)? / 64 > encoded.len() {
@@ -82,7 +84,7 @@ pub(super) fn encode_indices(indices: &[u32], vertices: usize) -> Result<Vec<u8>
 
 /// The `count` indices that `encoded` holds; `None` if it is damaged.
 pub(super) fn decode_indices(encoded: &[u8], count: usize) -> Option<Vec<u32>> {
-    // A byte for each is the least.
+    // Each index takes at least a byte.
     if count > encoded.len() {
         return None;
     }

@@ -10,7 +10,7 @@ pub fn local_transform(node: &Node) -> DMat4 {
         return DMat4::from_cols_array(&matrix.map(f64::from));
     }
     let vector = |v: Option<[f32; 3]>, default| v.map_or(default, |v| DVec3::from_array(v.map(f64::from)));
-    // As a quaternion of 32-bit floats is a unit one only to their precision.
+    // A quaternion of 32-bit floats has length 1 only to their precision.
     let rotation =
         node.rotation.map_or(DQuat::IDENTITY, |q| DQuat::from_array(q.0.map(f64::from)).normalize());
     DMat4::from_scale_rotation_translation(

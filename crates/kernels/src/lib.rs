@@ -1,10 +1,10 @@
-//! The runtime kernels of Rhytid, one folder each: the maths and the buffers (`README.md`), the parameter block
-//! shared by every backend, a plain Rust *twin* that is the reference for all of them, and the same kernel in GLSL
-//! (`NAME.comp`, and the SPIR-V made from it), OpenCL C (`NAME.cl`) and WGSL (`NAME.wgsl`). [`table`] says what all
-//! languages must have in common.
+//! The runtime kernels of Rhytid, one folder each. A folder has the maths and the buffers (`README.md`), the
+//! parameter block that every backend shares, and the *reference* in plain Rust. It has the same kernel in
+//! GLSL (`NAME.comp`, and the SPIR-V made from it), OpenCL C (`NAME.cl`) and WGSL (`NAME.wgsl`). The module
+//! [`table`] says what all languages must have in common.
 //!
-//! The twins are generic over [`Real`]: in `f64` they are the reference that conformance compares devices
-//! with; in `f32` they say in which order a device adds up.
+//! The references are generic over [`Real`]. Conformance compares devices with the reference in `f64`. The
+//! reference in `f32` defines the order in which a device adds.
 //!
 //! ```
 //! use rhytid_kernels::strain::{Params, strain};

@@ -1,9 +1,10 @@
 //! Numbers that vectors are made of.
 use std::ops::{Add, Div, Mul, Sub};
 
-/// What vectors are made of: a floating-point number, or several of them side by side in a processor's register.
+/// A component of a vector: one floating-point number, or several of them side by side in a processor's
+/// register.
 ///
-/// There is no comparison, so that what is written with it runs the same way for every lane.
+/// There is no comparison, so every lane runs the same instructions.
 pub trait Number:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self>
 {

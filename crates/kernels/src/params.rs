@@ -2,8 +2,8 @@
 /// Defines a kernel's parameter block: `u32` fields in one order for every backend, and their names.
 macro_rules! parameter_block {
     ($($(#[$meta:meta])* $field:ident),* $(,)?) => {
-        /// The parameter block: a push-constant block in Vulkan, a uniform buffer in WebGPU, the last argument in
-        /// OpenCL.
+        /// The parameter block: a push-constant block in Vulkan, a uniform buffer in WebGPU, the last
+        /// argument in OpenCL.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
         #[repr(C)]
         pub struct Params {

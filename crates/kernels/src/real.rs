@@ -1,8 +1,8 @@
-//! Numbers that the twins are evaluated in.
+//! Numbers that the references are evaluated in.
 use crate::Number;
 use std::fmt::{Debug, Display};
 
-/// A floating-point type that the twins can be evaluated in: `f32` or `f64`.
+/// A floating-point type that the references can be evaluated in: `f32` or `f64`.
 pub trait Real:
     Number
     + PartialOrd

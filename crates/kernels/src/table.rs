@@ -4,29 +4,31 @@ use crate::{bands, detail, differences, fine_scale, large_scale, normals, strain
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
 
-/// Frames that one invocation computes in a batch, where [`Entry::batched`] says so: what it reads of the rig is read once
-/// for all of them. Of a batch of one frame it computes one.
+/// Frames that one invocation computes in a batch, where [`Entry::batched`] is true. The rig's data are then
+/// read once for all of these frames. In a batch of one frame, an invocation computes one.
 pub const FRAMES_AT_ONCE: u32 = 4;
 
-/// What the table says of a kernel: the same in every language.
+/// A kernel's entry in the table. It is the same in every language.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Entry {
     /// The entry point, and the stem of its files.
     pub name: &'static str,
     /// The fields of its parameter block, each a `u32`.
     pub params: &'static [&'static str],
-    /// Its buffers, in the order of their bindings (Vulkan, WebGPU: set 0) and arguments (OpenCL). The parameter
-    /// block comes after them: WebGPU has it at the next binding.
+    /// Its buffers, in the order of their bindings (Vulkan, WebGPU: set 0) and arguments (OpenCL). The
+    /// parameter block comes after them: WebGPU has it at the next binding.
     pub bindings: &'static [Binding],
-    /// What it computes, along x. In OpenCL the kernels of vertices have a macro `VERTICES`, which is `at_once`, or [`TILE`](crate::tile::TILE) where
-    /// the device is a processor; a workgroup has as many vertices either way.
+    /// What it computes, along x. In OpenCL the kernels of vertices have a macro `VERTICES`, which is the
+    /// number of vertices of an invocation. It is `at_once`, or [`TILE`](crate::tile::TILE) where the device
+    /// is a processor. The number of vertices of a workgroup is the same.
     pub each: Each,
-    /// How many of them an invocation computes.
+    /// How many of these an invocation computes.
     pub at_once: u32,
-    /// Whether an invocation computes several frames: then each language has a constant `FRAMES`, which is 1 or
-    /// [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro).
+    /// Whether an invocation computes several frames. If so, each language has a constant `FRAMES`, which is
+    /// 1 or [`FRAMES_AT_ONCE`] (Vulkan: specialisation constant 0; WebGPU: `override`; OpenCL: a macro).
     pub batched: bool,
-    /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`. As SPIR-V and OpenCL C, it is empty in browsers.
+    /// GLSL, for Vulkan; `spirv` is made from it. Its entry point is renamed from `main`. In browsers it is
+    /// empty, as SPIR-V and OpenCL C are.
     pub glsl: &'static str,
     /// SPIR-V 1.3 words in little-endian bytes, as `cargo xtask kernels` made them.
     pub spirv: &'static [u8],
@@ -39,24 +41,25 @@ pub struct Entry {
 /// What a kernel computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Each {
-    /// Something of each vertex of a part.
+    /// A result for each vertex of a part.
     Vertex,
-    /// Something of each strain edge.
+    /// A result for each strain edge.
     StrainEdge,
-    /// Something of each feature of what is learned: of each strain edge, and of each handle as an anchor.
+    /// A result for each feature: for each strain edge, and for each handle as an anchor.
     Feature,
 }
 
 /// A buffer of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Binding {
-    /// Which. The kernel [`Kernel::Normals`] runs on two pairs; it is bound as the last stage has it.
+    /// Which buffer. The kernel [`Kernel::Normals`] runs on two pairs of buffers; the table has those of the
+    /// last stage.
     pub buffer: Buffer,
     /// What it is an array of.
     pub element: Element,
     /// What the kernel does with it.
     pub access: Access,
-    /// Whether GPUs keep it tiled, and the vertices of one part alone (see the parameter `first_vertex`).
+    /// Whether GPUs keep it tiled, with only the vertices of one part (see the parameter `first_vertex`).
     pub tiled: bool,
 }
 
@@ -67,9 +70,10 @@ pub enum Element {
     F32,
     /// `uint`, `u32`.
     U32,
-    /// Two `u32`, to be read together: the basis, whose words are an `f32` or two fp16 numbers. OpenCL has `uint`.
+    /// Two `u32` that are read together. The basis has them: a word is an `f32` or two fp16 numbers. OpenCL
+    /// has `uint`.
     U32x2,
-    /// Four `f32`, to be read together. OpenCL has `float`.
+    /// Four `f32` that are read together. OpenCL has `float`.
     F32x4,
 }
 
@@ -97,7 +101,7 @@ const fn write(buffer: Buffer) -> Binding {
 /// Makes [`Buffer`]: each variant with its name in every language.
 macro_rules! buffers {
     ($($(#[$doc:meta])* $variant:ident = $name:ident),* $(,)?) => {
-        /// What the kernels read and write. Shapes and units are in the kernels' READMEs.
+        /// The buffers of the kernels. Shapes and units are in the kernels' READMEs.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum Buffer {
             $($(#[$doc])* $variant),*
@@ -117,10 +121,10 @@ macro_rules! buffers {
     };
 }
 
-/// A program for browsers does without the texts for other APIs.
+/// A program for browsers leaves out the sources for other APIs.
 const BROWSER: bool = cfg!(target_arch = "wasm32");
 
-/// Makes [`Kernel`]: each variant with the folder of its sources and what the sources do not say themselves.
+/// Makes [`Kernel`]: each variant with the folder of its sources and the facts that the sources do not state.
 macro_rules! kernels {
     ($(
         $(#[$doc:meta])*
@@ -188,21 +192,21 @@ buffers! {
     TangentNeighbors = tangent_neighbors,
     /// B, in f32 or fp16.
     Basis = basis,
-    /// Where each tile's influences begin, and its anchors behind them.
+    /// The first row of each tile's influences, and of its anchors behind them.
     InfluenceOffsets = influence_offsets,
-    /// The strain edges that drive any of a tile's vertices, and the anchors that any of them listens to.
+    /// The strain edges and the anchors that influence any of a tile's vertices.
     Influences = influences,
-    /// How much each of them drives each of the tile's vertices.
+    /// The weight of each of them for each of the tile's vertices.
     InfluenceWeights = influence_weights,
     /// The weights of the centres' distances.
     RbfWeights = rbf_weights,
-    /// The centre that each vertex's distances are differences to.
+    /// Each vertex's pivot: the centre whose distance is subtracted from the distances of the others.
     Pivots = pivots,
     /// The lengths that displacements are divided by: the strain edges', and their mean for the anchors.
     FeatureLengths = feature_lengths,
     /// The vector strains of the examples.
     ExampleVectors = example_vectors,
-    /// How far vector strains are followed.
+    /// The bounds within which vector strains are followed.
     FeatureBounds = feature_bounds,
     /// Half of c: what each example does to each vertex.
     ExampleWeights = example_weights,
@@ -216,7 +220,7 @@ buffers! {
     HandlePositions = handle_positions,
     /// How far they are from rest.
     Displacements = displacements,
-    /// How they move the surface where they turn: bound in the place of the displacements.
+    /// How the handles move the surface where they turn. It is bound in the place of the displacements.
     Motions = motions,
     /// How far each frame's features are from the centres', squared.
     SquaredDifferences = squared_differences,
@@ -224,7 +228,7 @@ buffers! {
     Features = features,
     /// How far each frame's vector strains are from the centres', squared.
     SquaredVectorDifferences = squared_vector_differences,
-    /// What the linear band adds to what the basis makes of the smooth positions.
+    /// What the linear band adds to the smooth positions that the basis gives.
     BandOffsets = band_offsets,
     /// The smooth positions.
     LargeScalePositions = large_scale_positions,
@@ -252,7 +256,7 @@ kernels! {
             write(Features),
         ],
     }
-    /// Displacements of the handles to what tells their vector strains from those of the centres.
+    /// Displacements of the handles to squared differences of their vector strains from those of the centres.
     VectorDifferences = vector_differences {
         each: Feature,
         at_once: 1,
@@ -266,7 +270,7 @@ kernels! {
             write(SquaredVectorDifferences),
         ],
     }
-    /// Differences of vector strains to what was learned of the examples: the smooth part, and the folds.
+    /// Differences of vector strains to the fine detail: the linear band and the folds.
     Bands = bands {
         each: Vertex,
         at_once: 1,
@@ -307,7 +311,7 @@ kernels! {
             write(VertexNormals),
         ],
     }
-    /// Features to what tells them from those of the centres.
+    /// Features to their squared differences from those of the centres.
     Differences = differences {
         each: StrainEdge,
         at_once: 1,
@@ -348,7 +352,7 @@ kernels! {
     }
 }
 
-/// What a device builds: each kernel with each of its numbers of frames.
+/// What a device builds: each kernel, once for each of its values of `FRAMES`.
 pub fn builds() -> impl Iterator<Item = (Kernel, u32)> {
     let both =
         |kernel: Kernel| [Some((kernel, 1)), kernel.entry().batched.then_some((kernel, FRAMES_AT_ONCE))];

@@ -1,4 +1,5 @@
-//! Three-vectors as the twins use them: plain arrays, one rounding per operation, sums from left to right.
+//! Three-vectors as the references use them: plain arrays, one rounding per operation, sums from left to
+//! right.
 use crate::Number;
 
 /// a − b.
@@ -31,8 +32,9 @@ pub fn length<T: Number>(a: [T; 3]) -> T {
     dot(a, a).sqrt()
 }
 
-/// a / ‖a‖, or zero where a is zero. Scales by the largest component first, so that the squares of very
-/// small and very large vectors neither vanish nor overflow; how that scale is rounded does not matter.
+/// a / ‖a‖, or zero where a is zero. The vector is first scaled by its largest component. So the squares of
+/// very small vectors do not vanish, and those of very large ones do not overflow. How that scale is rounded
+/// does not matter.
 #[inline(always)]
 pub fn normalize<T: Number>(a: [T; 3]) -> [T; 3] {
     let largest = a[0].abs().max(a[1].abs()).max(a[2].abs());

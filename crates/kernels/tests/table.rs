@@ -1,14 +1,14 @@
-//! What every kernel must keep to, so that it runs on every device. That the sources agree with the table is checked
-//! by `cargo xtask kernels --check`.
+//! The limits that every kernel must keep, so that it runs on every device. `cargo xtask kernels --check`
+//! checks that the sources agree with the table.
 use rhytid_kernels::table::{Access, Buffer, Kernel, WORKGROUP_SIZE};
 use rhytid_kernels::tile::TILE;
 use std::collections::HashSet;
 
-/// What WebGPU promises without asking for more: maxStorageBuffersPerShaderStage.
+/// WebGPU's default limit: maxStorageBuffersPerShaderStage.
 const STORAGE_BUFFERS: usize = 8;
-/// What Vulkan promises: maxPushConstantsSize, in bytes.
+/// Vulkan's guaranteed limit: maxPushConstantsSize, in bytes.
 const PUSH_CONSTANTS: usize = 128;
-/// What Vulkan promises: maxComputeWorkGroupInvocations.
+/// Vulkan's guaranteed limit: maxComputeWorkGroupInvocations.
 const INVOCATIONS: u32 = 128;
 
 #[test]
@@ -24,7 +24,7 @@ fn kernels_fit_the_limits_that_every_device_has() {
 fn a_workgroup_reads_whole_tiles() {
     for kernel in Kernel::ALL.map(Kernel::entry) {
         assert_eq!((WORKGROUP_SIZE * kernel.at_once) as usize % TILE, 0, "{}", kernel.name);
-        // What an invocation reads together is of one tile.
+        // The vertices of an invocation belong to one tile.
         assert_eq!(TILE % kernel.at_once as usize, 0, "{}", kernel.name);
     }
 }
@@ -63,7 +63,7 @@ fn the_spirv_has_been_made() {
 fn every_buffer_is_bound() {
     let mut bound: HashSet<Buffer> =
         Kernel::ALL.iter().flat_map(|kernel| kernel.entry().bindings).map(|b| b.buffer).collect();
-    // In the place of the displacements.
+    // It is bound in the place of the displacements.
     assert!(bound.insert(Buffer::Motions));
     assert_eq!(bound.len(), Buffer::ALL.len());
 }

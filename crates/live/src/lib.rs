@@ -1,8 +1,10 @@
-//! Marker positions while they are captured: UDP datagrams, each a frame as an OSC 1.0 bundle (`docs/live.md` has the pattern).
+//! Marker positions while they are captured, as UDP datagrams. Each datagram is a frame as an OSC 1.0 bundle
+//! (`docs/live.md` has the pattern).
 //!
-//! A [`Receiver`] gives frames of a fixed list of handles in their order, newest last, and says how many were late, lost or bad
-//! ([`Counts`]); what a frame lacks is held and its confidence falls. [`record`] makes a take of them. A [`Sender`] plays a take
-//! to a receiver at an even pace. Whatever is sent, nothing panics, and memory is what the receiver had at the start.
+//! A [`Receiver`] gives frames of a fixed list of handles in their order, newest last. It counts the frames
+//! that were late, lost or bad ([`Counts`]). The position of a marker that is missing from a frame is held,
+//! and its confidence falls. [`record`] makes a take of the frames. A [`Sender`] plays a take to a receiver
+//! at an even pace. No datagram causes a panic, and the receiver uses no more memory than at the start.
 //!
 //! ```
 //! use rhytid_live::{Frame, Receiver};
@@ -25,7 +27,7 @@ mod recorder;
 mod sender;
 mod stream;
 
-/// Where frames are sent and listened for unless another address is named: on this machine alone.
+/// The default address of senders and receivers: on this machine alone.
 pub const ADDRESS: std::net::SocketAddr =
     std::net::SocketAddr::new(std::net::IpAddr::V4(std::net::Ipv4Addr::LOCALHOST), 9000);
 

@@ -1,27 +1,27 @@
 //! One frame as one datagram: an OSC 1.0 bundle without other bundles in it.
 //!
-//! Its messages are `/rhytid/frame ,id NUMBER SECONDS`, once, and `/rhytid/handle ,sfff LABEL X Y Z` for each marker that is seen, in
-//! any order. Numbers may have any of OSC's types `i`, `h`, `f` and `d`. Messages with other addresses are passed over. The bundle's time tag is not read: it is of a clock that
-//! jumps.
+//! The messages are one `/rhytid/frame ,id NUMBER SECONDS`, and a `/rhytid/handle ,sfff LABEL X Y Z` for each
+//! visible marker, in any order. Numbers may have any of OSC's types `i`, `h`, `f` and `d`. Messages with
+//! other addresses are ignored. The bundle's time tag is not read, because its clock may jump.
 
 use rhytid_core::{Error, Result};
 use rosc::{OscBundle, OscMessage, OscPacket, OscTime, OscType, decoder, encoder};
 use std::collections::HashSet;
 
-/// Bytes that a UDP datagram can have over IPv4.
+/// The most bytes of a UDP datagram over IPv4.
 pub const MAX_DATAGRAM: usize = 65_507;
-/// Bytes that a label can have.
+/// The most bytes of a label.
 pub const MAX_LABEL: usize = 255;
 
 const FRAME: &str = "/rhytid/frame";
 const HANDLE: &str = "/rhytid/handle";
-/// What both begin with.
+/// The start of both addresses.
 const OURS: &[u8] = b"/rhytid/";
 /// "#bundle", a zero and the time tag.
 const HEAD: usize = 16;
-/// Bytes of the longest message that is ours: it bounds what the decoder nests and allocates.
+/// The most bytes of a Rhytid message. It bounds the decoder's nesting and allocations.
 const MAX_MESSAGE: usize = 512;
-/// Beyond these, seconds are not told apart as finely as frames need.
+/// The largest time: beyond it, the resolution of seconds is too coarse for frames.
 const MAX_SECONDS: f64 = 1e10;
 /// OSC's "immediately".
 const NOW: OscTime = OscTime { seconds: 0, fractional: 1 };
@@ -29,11 +29,13 @@ const NOW: OscTime = OscTime { seconds: 0, fractional: 1 };
 /// A frame as it is sent.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
-    /// Its number, higher than the one before it; gaps are frames that were lost.
+    /// Its number, higher than that of the frame before. Gaps are lost frames.
     pub number: i64,
-    /// Its time in seconds on the sender's clock, whose zero is any moment; later than that of the frame before it.
+    /// Its time in seconds on the sender's clock, which may start at any moment. It is later than that of the
+    /// frame before.
     pub seconds: f64,
-    /// Distinct labels and where those markers are: mesh units, head space. Markers that are not seen are not here.
+    /// Distinct labels of markers and their positions: mesh units, head space. Markers that are not seen are
+    /// left out.
     pub markers: Vec<(String, [f32; 3])>,
 }
 
@@ -41,8 +43,9 @@ impl Frame {
     /// The frame as a datagram.
     ///
     /// # Errors
-    /// [`Error::Input`] if [`decode`](Self::decode) would not give it back: more than [`MAX_DATAGRAM`] bytes, labels that are empty, longer than
-    /// [`MAX_LABEL`], with a zero in them or there twice, numbers that are not finite.
+    /// [`Error::Input`] if [`decode`](Self::decode) would not give the same frame. This is so for more than
+    /// [`MAX_DATAGRAM`] bytes, and for numbers that are not finite. It is also so for labels that are empty,
+    /// longer than [`MAX_LABEL`], repeated, or have a zero byte.
     pub fn encode(&self) -> Result<Vec<u8>> {
         let message = |addr: &str, args| OscPacket::Message(OscMessage { addr: addr.to_owned(), args });
         let number = i32::try_from(self.number).map_or(OscType::Long(self.number), OscType::Int);
@@ -67,10 +70,11 @@ impl Frame {
         }
     }
 
-    /// The frame in a datagram. Takes no more memory than some times the datagram's size, whatever is in it.
+    /// The frame in a datagram. For any content, it uses no more memory than a small multiple of the
+    /// datagram's size.
     ///
     /// # Errors
-    /// What is wrong with it, to stand behind "the datagram".
+    /// What is wrong with it, as the rest of a sentence that begins with "the datagram".
     pub fn decode(datagram: &[u8]) -> Result<Self, &'static str> {
         if datagram.len() > MAX_DATAGRAM {
             return Err("is longer than a datagram can be");
@@ -123,8 +127,10 @@ impl Frame {
     }
 }
 
-/// A message that is ours. Bundles are taken apart here and not by the library, which reads them by recursion, as arrays in arguments, and
-/// takes one that is cut short for a shorter one.
+/// Decodes a Rhytid message.
+///
+/// This crate splits bundles itself. The library would read nested bundles by recursion, like arrays in
+/// arguments, and would accept a truncated bundle as a shorter one.
 fn message(element: &[u8]) -> Result<OscMessage, &'static str> {
     if element.len() > MAX_MESSAGE {
         return Err("has a message of more than 512 bytes");

@@ -7,25 +7,27 @@ use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Datagrams that [`Receiver::newest`] reads at most before it gives what it has.
+/// The most datagrams that [`Receiver::newest`] reads before it returns.
 const AT_ONCE: usize = 1_024;
 
-/// Listens at an address. Datagrams wait in the system's buffer, of a fixed size, until one of the calls reads them: there is no thread.
+/// A receiver that listens at an address. Datagrams wait in the system's buffer, of a fixed size, until a
+/// call reads them. There is no thread.
 #[derive(Debug)]
 pub struct Receiver {
     socket: UdpSocket,
     address: SocketAddr,
-    /// What times of arrival are counted from.
+    /// The start of the times of arrival.
     start: Instant,
     stream: Stream,
     datagram: Box<[u8]>,
 }
 
 impl Receiver {
-    /// Listens at `address`, where port 0 is any that is free, for H `labels`, which are at `rest` until they are seen.
+    /// Listens at `address` for H `labels`, which are at `rest` until they are seen. Port 0 is any free port.
     ///
     /// # Errors
-    /// [`Error::Input`] if the port is in use, or not this machine's or this user's to listen at; [`Error::Io`].
+    /// [`Error::Input`] if the port is in use, if the address is not this machine's, or if this user may not
+    /// listen at it. [`Error::Io`].
     ///
     /// # Panics
     /// If there are not as many positions as labels.
@@ -44,17 +46,17 @@ impl Receiver {
         })?;
         let address = socket.local_addr().map_err(io(address))?;
         let stream = Stream::new(labels, rest);
-        // One more than a datagram can have, on any system.
+        // More than a datagram can have, on any system.
         let datagram = vec![0; 1 << 16].into();
         Ok(Self { socket, address, start: Instant::now(), stream, datagram })
     }
 
-    /// Where it listens.
+    /// The address at which it listens.
     pub fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// Waits for the next frame, at most so long. Nothing that is no new frame ends the wait.
+    /// Waits for the next frame, at most for `wait`. Only a new frame ends the wait early.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -70,7 +72,9 @@ impl Receiver {
         Ok(None)
     }
 
-    /// Reads what has come, without waiting; the newest frame so far, `None` before the first. Where datagrams come faster than they are read, it gives what it has after some.
+    /// Reads all datagrams that have come, without waiting. The result is the newest frame so far, or `None`
+    /// before the first. If datagrams come faster than they are read, it returns after a fixed number of
+    /// them.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -84,17 +88,17 @@ impl Receiver {
         Ok(self.stream.newest())
     }
 
-    /// What became of the datagrams so far.
+    /// The counts of the datagrams so far.
     pub fn counts(&self) -> Counts {
         self.stream.counts()
     }
 
-    /// What is wrong with the last datagram that was bad, to stand behind "the datagram".
+    /// What is wrong with the last bad datagram, as the rest of a sentence that begins with "the datagram".
     pub fn why_bad(&self) -> Option<&'static str> {
         self.stream.why_bad()
     }
 
-    /// Whether a datagram was the newest frame; `None` where none came.
+    /// Reads a datagram. The result is whether it was the newest frame, or `None` if none came.
     fn read(&mut self) -> Result<Option<bool>> {
         match self.socket.recv_from(&mut self.datagram) {
             Ok((size, from)) => {

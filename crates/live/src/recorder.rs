@@ -1,29 +1,32 @@
-//! A take of what comes.
+//! Recording of received frames into a take.
 
 use crate::receiver::Receiver;
 use rhytid_core::{Error, Progress, Result, Take};
 use std::time::{Duration, Instant};
 
-/// How often it is asked whether to end.
+/// The interval at which `ended` is asked.
 const ASKED_EVERY: Duration = Duration::from_millis(100);
 
-/// What was recorded.
+/// A recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// Every handle in every frame that was taken, at the sender's times; confidence where some marker was not seen.
+    /// The take with every handle in every recorded frame, at the sender's times. It has confidence if some
+    /// marker was not seen.
     pub take: Take,
     /// The latency of each frame in seconds ([`crate::LiveFrame::latency`]).
     pub latency: Vec<f64>,
-    /// The labels that were in no frame.
+    /// The labels that were seen in no frame.
     pub unseen: Vec<String>,
     /// Whether nothing came for `patience`.
     pub timed_out: bool,
 }
 
-/// Records `frames` frames of `labels`, those of the receiver; fewer where `ended` says so, or where nothing comes for `patience`.
+/// Records `frames` frames of `labels`, which are those of the receiver. It records fewer if `ended` says so,
+/// or if nothing comes for `patience`.
 ///
 /// # Errors
-/// [`Error::Input`] if no frame came at all within `patience`; [`Error::Cancelled`] if it was ended before the first; [`Error::Io`].
+/// [`Error::Input`] if no frame came within `patience`. [`Error::Cancelled`] if it was ended before the
+/// first. [`Error::Io`].
 pub fn record(
     receiver: &mut Receiver,
     labels: &[String],

@@ -1,4 +1,4 @@
-//! Plays a take to a receiver.
+//! Playing of a take to a receiver.
 
 use crate::packet::Frame;
 use crate::receiver::io;
@@ -7,37 +7,38 @@ use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The longest sleep: how soon a sender stops that is asked to.
+/// The longest sleep, after which a sender checks whether it was cancelled.
 const NAP: Duration = Duration::from_millis(100);
 
 /// A take that is sent to an address.
 #[derive(Debug)]
 pub struct Sender<'a> {
     take: &'a Take,
-    /// When each frame is due, in seconds after the first.
+    /// The time at which each frame is due, in seconds after the first.
     due: Vec<f64>,
-    /// How long the take lasts: from its first frame to where it would begin again.
+    /// The duration of the take, from its first frame to the start of its repetition.
     length: f64,
     socket: UdpSocket,
     to: SocketAddr,
 }
 
-/// What was sent.
+/// The totals of what was sent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sent {
-    /// Datagrams, one a frame.
+    /// The number of datagrams, one for each frame.
     pub frames: u64,
-    /// Bytes of the longest one.
+    /// The bytes of the longest datagram.
     pub bytes: usize,
-    /// Seconds by which the frame that was sent latest was behind its time.
+    /// The largest delay of a frame behind its time, in seconds.
     pub late: f64,
 }
 
 impl<'a> Sender<'a> {
-    /// Ready to send `take`, its frames `rate` a second, or as far apart as its own times.
+    /// A sender of `take` at `rate` frames per second, or at the take's own times.
     ///
     /// # Errors
-    /// [`Error::Input`] if the take has no frame, or one that is no datagram ([`Frame::encode`]), or the rate is not above 0; [`Error::Io`].
+    /// [`Error::Input`] if the take has no frame, if a frame is no datagram ([`Frame::encode`]), or if the
+    /// rate is not above 0. [`Error::Io`].
     pub fn new(take: &'a Take, rate: Option<f64>, to: SocketAddr) -> Result<Self> {
         let Some(&first) = take.times.first() else {
             return Err(Error::empty("the take has no frame to send"));
@@ -59,13 +60,17 @@ impl<'a> Sender<'a> {
         Ok(sender)
     }
 
-    /// Sends the take `times` times, one after another, or until it is cancelled where that is `None`; each frame at its own time after the start, so that
-    /// what one is late by does not delay the next ones. Numbers and times go on from one turn to the next. Whether anybody listens is not known.
+    /// Sends the take `times` times, one after another. With `None`, sends until it is cancelled.
+    ///
+    /// Each frame is sent at its own time after the start, so a late frame does not delay the next ones.
+    /// Numbers and times continue from one repetition to the next. The sender does not know whether anybody
+    /// listens.
     ///
     /// A marker that is missing from a frame ([`rhytid_core::RawTake::MISSING`]) is not sent in it.
     ///
     /// # Errors
-    /// [`Error::Input`] if a frame is no datagram; [`Error::Io`] where the address cannot be sent to; not [`Error::Cancelled`]: what was sent is sent.
+    /// [`Error::Input`] if a frame is no datagram. [`Error::Io`] if the address cannot be sent to. Cancelling
+    /// is no error: the result has what was sent.
     pub fn send(&self, times: Option<u64>, progress: &dyn Progress) -> Result<Sent> {
         let start = Instant::now();
         let mut sent = Sent::default();
@@ -110,7 +115,7 @@ impl<'a> Sender<'a> {
     }
 }
 
-/// Whether it was not cancelled meanwhile.
+/// Sleeps until a time after `start`. False if it was cancelled meanwhile.
 fn sleep_until(start: Instant, seconds: f64, progress: &dyn Progress) -> bool {
     loop {
         if progress.cancelled() {

@@ -1,51 +1,57 @@
-//! From datagrams to frames of a rig's handles, whatever comes and in whatever order.
+//! From datagrams to frames of a rig's handles. Datagrams may have any content and come in any order.
 
 use crate::latency::Latency;
 use crate::packet::Frame;
 use std::collections::HashMap;
 use std::net::SocketAddr;
 
-/// Seconds of the sender's clock in which the confidence of a marker that is no longer seen falls from 1 to 0.
+/// The time in which the confidence of a marker that is no longer seen falls from 1 to 0, in seconds of the
+/// sender's clock.
 pub const FADE: f64 = 0.5;
-/// Seconds without a frame after which another sender is listened to, or the same one from the start.
+/// The time without a frame after which another sender is accepted, or the same one from its start, in
+/// seconds.
 pub const SILENCE: f64 = 1.0;
 
-/// What became of the datagrams.
+/// The counts of datagrams.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counts {
-    /// Frames that were taken.
+    /// Frames that were accepted.
     pub frames: u64,
-    /// Frames that came after a newer one, or twice, and were dropped.
+    /// Frames that came after a newer one, or a second time, and were dropped.
     pub late: u64,
-    /// Numbers that were passed over: frames that never came, or late.
+    /// Numbers that were skipped: frames that never came, or came late.
     pub lost: u64,
-    /// Datagrams that are no frame, or another sender's while one is heard.
+    /// Datagrams that are no frame, or that are another sender's while one is heard.
     pub bad: u64,
 }
 
-/// The newest frame: H handles in the order that the stream was given.
+/// The newest frame: H handles in the stream's order.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LiveFrame<'a> {
     /// The sender's number.
     pub number: i64,
-    /// Its time in seconds: the sender's, and where that began anew, as long after the last frame as it came after it. It only rises.
+    /// Its time in seconds, which only rises. It is the sender's time. If the sender starts again, the time
+    /// continues by the interval between the two arrivals.
     pub time: f64,
-    /// How many seconds it came behind the fastest frame of the last 10 to 20 s, measured from the sender's time to its arrival.
+    /// Its delay behind the fastest frame of the last 10 to 20 s, in seconds. Delays are measured from the
+    /// sender's time to the arrival.
     pub latency: f64,
-    /// H positions in mesh units and head space; a marker that is not seen is where it was, and before it is ever seen at rest.
+    /// H positions in mesh units and head space. A marker that is not seen keeps its last position, or its
+    /// rest position if it was never seen.
     pub positions: &'a [[f32; 3]],
-    /// H: 1 where the marker is seen, else what falls to 0 within [`FADE`] after it was; 0 before it is ever seen.
+    /// H: 1 where the marker is seen. It falls to 0 within [`FADE`] after the marker was last seen. 0 for a
+    /// marker that was never seen.
     pub confidence: &'a [f32],
 }
 
-/// The state of one stream; its memory is that of H handles.
+/// The state of one stream. Its memory depends only on the number of handles.
 #[derive(Debug)]
 pub struct Stream {
-    /// From a label to its place among the handles.
+    /// The index of the handle for each label.
     handles: HashMap<String, usize>,
     positions: Vec<[f32; 3]>,
     confidence: Vec<f32>,
-    /// H: the time of the last frame that a marker was seen in.
+    /// H: the time of the last frame in which the marker was seen.
     seen: Vec<Option<f64>>,
     last: Option<Last>,
     latency: Latency,
@@ -53,22 +59,23 @@ pub struct Stream {
     why_bad: Option<&'static str>,
 }
 
-/// What is known of the last frame.
+/// The last frame.
 #[derive(Debug)]
 struct Last {
     from: SocketAddr,
-    /// When it came, on this machine's clock.
+    /// Its arrival on this machine's clock.
     arrived: f64,
     number: i64,
     /// Its time, which only rises.
     time: f64,
-    /// What was added to the sender's.
+    /// The offset that was added to the sender's time.
     offset: f64,
     latency: f64,
 }
 
 impl Stream {
-    /// A stream of these H handles, which are at `rest` until they are seen. Labels that are sent and not here are passed over.
+    /// A stream of these H handles, which are at `rest` until they are seen. Other labels in datagrams are
+    /// ignored.
     ///
     /// # Panics
     /// If there are not as many positions as labels.
@@ -86,7 +93,8 @@ impl Stream {
         }
     }
 
-    /// Takes a datagram that came `from` there at `arrived`, in seconds on a clock that only rises; says whether it is the newest frame now.
+    /// Takes a datagram that came `from` an address at `arrived`, in seconds on a clock that only rises. The
+    /// result is whether it is now the newest frame.
     pub fn accept(&mut self, datagram: &[u8], from: SocketAddr, arrived: f64) -> bool {
         let heard = self.last.as_ref().filter(|last| arrived - last.arrived < SILENCE);
         if heard.is_some_and(|last| last.from != from) {
@@ -114,7 +122,7 @@ impl Stream {
         }
         let time = frame.seconds + offset;
         self.take(&frame, time);
-        let latency = self.latency.of(arrived, frame.seconds);
+        let latency = self.latency.add(arrived, frame.seconds);
         self.last = Some(Last { from, arrived, number: frame.number, time, offset, latency });
         self.counts.frames += 1;
         true
@@ -150,12 +158,12 @@ impl Stream {
         })
     }
 
-    /// What became of the datagrams so far.
+    /// The counts of the datagrams so far.
     pub fn counts(&self) -> Counts {
         self.counts
     }
 
-    /// What is wrong with the last datagram that was bad, to stand behind "the datagram".
+    /// What is wrong with the last bad datagram, as the rest of a sentence that begins with "the datagram".
     pub fn why_bad(&self) -> Option<&'static str> {
         self.why_bad
     }

@@ -2,10 +2,14 @@
 
 use rhytid_core::{Error, Mesh, Result};
 
-/// What every reader guarantees: every coordinate is finite and fits a 32-bit float; there is a face; each face
-/// has three corners or more; every index is in range; there are as many texture coordinates as corners or
-/// vertices ask for, all finite; every face's material is one of those named; no face has more than 4,096 corners, and
-/// no vertex is in more faces than that. `name` stands for the file in messages.
+/// Checks the properties that every reader guarantees. `name` stands for the file in messages.
+///
+/// - Every coordinate is finite and fits a 32-bit float.
+/// - There is a face, and each face has three corners or more.
+/// - Every index is in range.
+/// - There are as many texture coordinates as corners or vertices ask for, all finite.
+/// - The material of every face is one of the named ones.
+/// - No face has more than 4,096 corners, and no vertex is in more faces than that.
 ///
 /// # Errors
 /// [`Error::Input`] names the first thing that is wrong.
@@ -36,7 +40,7 @@ pub fn check(mesh: &Mesh, name: &str) -> Result<()> {
     }
 }
 
-/// What is done at a corner or around a vertex takes the square of these, at worst.
+/// Work at a corner or around a vertex takes the square of these, at worst.
 const MOST_CORNERS: u32 = 4096;
 const MOST_AROUND: u32 = 4096;
 

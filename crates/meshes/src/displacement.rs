@@ -5,13 +5,14 @@ use glam::{DVec2, DVec3};
 use rhytid_core::{Mesh, Result};
 use std::path::Path;
 
-/// A displacement map: of one number, along the normal; or of three, along the tangent (towards larger u), the bitangent (towards larger v) and the
-/// normal. The middle grey moves nothing.
+/// A displacement map: of one number, along the normal; or of three, along the tangent (towards larger u),
+/// the bitangent (towards larger v) and the normal. The middle grey moves nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DisplacementMap(MapImage);
 
 impl DisplacementMap {
-    /// Reads a PNG of 8 or 16 bits: grey ones are heights, coloured ones tangent-space vectors. Opacity is ignored.
+    /// Reads a PNG of 8 or 16 bits: grey ones are heights, coloured ones tangent-space vectors. Opacity is
+    /// ignored.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if it is no such image; [`rhytid_core::Error::Io`].
@@ -19,8 +20,9 @@ impl DisplacementMap {
         MapImage::read(path).map(Self)
     }
 
-    /// Moves a mesh's vertices: by `full` mesh units where the map is white. A vertex with several texture coordinates takes the mean of the map there. Between
-    /// pixels, whose centres have the values, it is linear; what is beyond the image stays, as other tiles (UDIM) do.
+    /// Moves a mesh's vertices, by `full` mesh units where the map is white. A vertex with several texture
+    /// coordinates takes the mean of the map at them. Pixel centres have the values, and between them the map
+    /// is linear. Vertices beyond the image stay, because other tiles (UDIM) move them.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the mesh has no texture coordinates.

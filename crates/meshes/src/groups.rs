@@ -7,11 +7,12 @@ use rhytid_core::{Error, InputErrorKind, Mesh, Result, input_file};
 use std::collections::HashMap;
 use std::path::Path;
 
-/// Groups that a face is in; each of its vertices is kept for each.
+/// The most groups that a face may be in, because each of its vertices is kept for each group.
 const AT_ONCE: usize = 64;
 
-/// The groups of an OBJ file in the order of their names, each with its vertices, ascending: those of its faces. The mesh in the
-/// file has to be like `neutral`, which was read from `neutral_path`. Faces before the first `g` are in no group.
+/// Reads the groups of an OBJ file, in the order of their names. A group has the vertices of its faces,
+/// ascending. The mesh in the file has to be like `neutral`, which was read from `neutral_path`. Faces before
+/// the first `g` are in no group.
 ///
 /// # Errors
 /// As [`super::read_like`]; [`Error::Input`] if the file is no OBJ or has no group.
@@ -25,7 +26,7 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     let mesh = like(decode(&bytes, Format::Obj, &path.display().to_string())?, neutral, neutral_path, path)?;
     let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
-    // Those that the next face is in, and its vertices. A face stands on one statement.
+    // The groups of the next face, and the faces. Each face has a statement of its own.
     let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), mesh.faces.iter());
     for statement in obj::statements(&bytes) {
         let text = String::from_utf8_lossy(&statement);

@@ -1,7 +1,7 @@
 //! Meshes in: OBJ, PLY and glTF, told apart by their file names. See docs/meshes.md.
 //!
-//! Polygons, vertex order, texture coordinates and the names of materials are kept as the file has them. No reader panics on any
-//! bytes, and none allocates more than a small multiple of them.
+//! Polygons, vertex order, texture coordinates and the names of materials are kept as the file has them. No
+//! reader panics on any bytes, and none allocates more than a small multiple of them.
 
 #![forbid(unsafe_code)]
 
@@ -26,7 +26,7 @@ pub use check::check;
 pub use displacement::DisplacementMap;
 pub use groups::read_groups;
 pub use like::read_like;
-pub use normal_map::{Green, Integrated, NormalMap};
+pub use normal_map::{Integrated, NormalMap, NormalMapConvention};
 pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
 pub use read::{Format, decode, read};
 pub use textures::read_textures;

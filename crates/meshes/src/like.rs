@@ -4,8 +4,9 @@ use super::read::read;
 use rhytid_core::{Error, Faces, Mesh, Result};
 use std::path::Path;
 
-/// Reads the positions of an example: a mesh with the same vertices as `neutral`, which was read from `neutral_path`, and the same faces,
-/// in any order and cut into triangles or not. Its texture coordinates do not matter. Gives V positions in the neutral's vertex order.
+/// Reads the positions of an example, V of them in the neutral's vertex order. The example is a mesh with the
+/// vertices of `neutral`, which was read from `neutral_path`. It has the same faces, in any order and cut
+/// into triangles or not. Its texture coordinates do not matter.
 ///
 /// # Errors
 /// As [`super::read()`], and [`Error::Input`] if the number of vertices differs or a face joins others.

@@ -54,8 +54,9 @@ impl MapImage {
         Ok(Self { width, height, channels, values: values.collect() })
     }
 
-    /// The numbers at texture coordinates, of which v points up; the first stands for those that are not there. Between pixels, whose centres have the values, it is linear; beyond the
-    /// image all is 0: what is there has other images (UDIM).
+    /// The numbers at texture coordinates, with v pointing up. Missing numbers repeat the first. Pixel
+    /// centres have the values, and between them the image is linear. Beyond the image all numbers are 0:
+    /// other images (UDIM) cover that part.
     pub(super) fn at(&self, uv: DVec2) -> [f64; 3] {
         // Some write the border itself a little beyond it.
         let is_there = |x: f64| (-1e-4..=1.0 + 1e-4).contains(&x);

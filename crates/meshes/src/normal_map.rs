@@ -1,4 +1,5 @@
-//! Tangent-space normal maps: an artist's wrinkles as the directions of a surface, of which the surface itself is found.
+//! Tangent-space normal maps: an artist's wrinkles as the directions of a surface. The surface itself is
+//! found from them.
 
 use super::map_image::{MapImage, corner_uvs};
 use glam::{DVec2, DVec3};
@@ -7,28 +8,29 @@ use rhytid_geometry::laplacian::{Laplacian, is_degenerate, laplacian};
 use serde::Serialize;
 use std::path::Path;
 
-/// Slopes above this, which are steeper than 84°, are no skin's.
+/// Slopes above this, which are steeper than 84°, do not occur on skin.
 const STEEPEST: f64 = 10.0;
 
-/// Heights are free to be about 0 over this part of the mesh's diagonal: no map of slopes knows how far out a whole face is.
+/// Heights are held near 0 over this part of the mesh's diagonal, because a map of slopes does not tell how
+/// far out a whole face is.
 const WIDE: f64 = 0.5;
 
-/// A triangle's slope is the mean of so many rows of samples at most: as many as it has pixels.
+/// A triangle's slope is the mean of as many rows of samples as it has pixels, but of at most so many.
 const ROWS: usize = 16;
 
-/// Conjugate gradients end when what is left is this part of what there was, or after so many steps.
+/// Conjugate gradients end when the residual is this part of the first one, or after so many steps.
 const LEFT: f64 = 1e-8;
 const STEPS: usize = 4000;
 
-/// A tangent-space normal map: red and green are the normal's parts along the tangent (towards larger u) and the bitangent; blue, which follows
-/// from them, is not looked at.
+/// A tangent-space normal map. Red is the part of the normal along the tangent (towards larger u), and green
+/// the part along the bitangent. Blue follows from them and is ignored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalMap(MapImage);
 
 /// Which way green points in a tangent-space normal map.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
-pub enum Green {
+pub enum NormalMapConvention {
     /// Towards larger v, as in OpenGL.
     #[default]
     Up,
@@ -36,7 +38,7 @@ pub enum Green {
     Down,
 }
 
-impl Green {
+impl NormalMapConvention {
     /// The other one.
     #[must_use]
     pub fn other(self) -> Self {
@@ -52,8 +54,9 @@ impl Green {
 pub struct Integrated {
     /// The largest height, inwards or outwards, in mesh units.
     pub highest: f64,
-    /// How much of the map's slopes no surface has, as a part of their root mean square: near 0 of a map that was made of one and is coarse beside
-    /// the mesh, and more where green points the other way.
+    /// The RMS of the slopes that no surface can have, as a part of the RMS of the map's slopes. It is near 0
+    /// for a map that was made of a surface and is coarse beside the mesh. It is larger if green points the
+    /// other way.
     pub left: f64,
 }
 
@@ -73,14 +76,17 @@ impl NormalMap {
         Ok(Self(image))
     }
 
-    /// Moves a mesh's vertices along their normals, so that its slopes are the map's times `strength`, a ratio, as nearly as they can be.
+    /// Moves a mesh's vertices along their normals, so that its slopes are as near as possible to the map's
+    /// slopes times `strength`, a ratio.
     ///
-    /// The heights h minimise `∫ |∇h − g|² + h² / w²` over the surface, from the map's slopes g, each triangle's the mean over it, and with w half of
-    /// the mesh's diagonal. That is `(−C + M / w²) h = b` with the Laplacian of section 1 and `b_v = ∫ ∇φ_v · g` (a screened Poisson equation). Seams of the texture coordinates do not matter.
+    /// The heights h minimise `∫ |∇h − g|² + h² / w²` over the surface. g are the slopes of the map, the mean
+    /// over each triangle, and w is half of the mesh's diagonal. That is `(−C + M / w²) h = b` with the
+    /// Laplacian of section 1 and `b_v = ∫ ∇φ_v · g` (a screened Poisson equation). Seams of the texture
+    /// coordinates do not matter.
     ///
     /// # Errors
     /// [`Error::Input`] if the mesh has no texture coordinates.
-    pub fn displace(&self, mesh: &mut Mesh, green: Green, strength: f64) -> Result<Integrated> {
+    pub fn displace(&self, mesh: &mut Mesh, green: NormalMapConvention, strength: f64) -> Result<Integrated> {
         let corner_uv = corner_uvs(mesh.uvs.as_ref())?;
         let at = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
         let mut triangles = Vec::new();
@@ -131,8 +137,8 @@ impl NormalMap {
     }
 
     /// The mean slope over a triangle, in its plane: how far the surface rises by length, and which way.
-    fn slope(&self, [a, b, c]: [DVec3; 3], [p, q, r]: [DVec2; 3], green: Green) -> DVec3 {
-        let upwards = if green == Green::Up { 1.0 } else { -1.0 };
+    fn slope(&self, [a, b, c]: [DVec3; 3], [p, q, r]: [DVec2; 3], green: NormalMapConvention) -> DVec3 {
+        let upwards = if green == NormalMapConvention::Up { 1.0 } else { -1.0 };
         let (e, f, s, t) = (b - a, c - a, q - p, r - p);
         let size = DVec2::new(self.0.width as f64, self.0.height as f64);
         let longest = [s, t, t - s].map(|edge| (edge * size).length()).into_iter().fold(0.0, f64::max);
@@ -167,7 +173,8 @@ fn gradients([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
     [c - b, a - c, b - a].map(|opposite| 0.5 * n.cross(opposite))
 }
 
-/// `(−C + M / w²) h = b` by conjugate gradients, each equation by its diagonal; 0 where a vertex has no triangle.
+/// Solves `(−C + M / w²) h = b` by conjugate gradients with Jacobi preconditioning; 0 at a vertex without a
+/// triangle.
 fn solve(laplacian: &Laplacian, wide: f64, b: &[f64]) -> Vec<f64> {
     let screen: Vec<f64> = laplacian.mass.iter().map(|mass| mass / (wide * wide)).collect();
     let diagonal: Vec<f64> = laplacian.diagonal.iter().zip(&screen).map(|(c, m)| m - c).collect();
@@ -215,7 +222,8 @@ mod tests {
     const N: usize = 48;
     const PIXELS: usize = 256;
 
-    /// A wrinkle of a bump across the middle, of texture coordinates from 0 to 1: its height in units of the sheet's width, and its slopes by u and v.
+    /// A bump in the middle of texture coordinates from 0 to 1. Returns its height in units of the sheet's
+    /// width, and its slopes by u and v.
     fn bump(u: f64, v: f64) -> [f64; 3] {
         let part = |x: f64| {
             let t = ((x - 0.2) / 0.6).clamp(0.0, 1.0);
@@ -229,8 +237,8 @@ mod tests {
     }
 
     /// The bump's normals as an image, of 16 bits, for a sheet that is `long` units in u.
-    fn image(green: Green, long: f64) -> tempfile::TempPath {
-        let upwards = if green == Green::Up { 1.0 } else { -1.0 };
+    fn image(green: NormalMapConvention, long: f64) -> tempfile::TempPath {
+        let upwards = if green == NormalMapConvention::Up { 1.0 } else { -1.0 };
         let mut bytes = Vec::new();
         for y in 0..PIXELS {
             for x in 0..PIXELS {
@@ -250,7 +258,8 @@ mod tests {
         file.into_temp_path()
     }
 
-    /// A sheet with u along it and v across, as `place` has it; its vertices' texture coordinates. In `mirrored` the triangles and u go the other way.
+    /// A sheet with u along it and v across, as `place` has it; its vertices' texture coordinates. In
+    /// `mirrored` the triangles and u go the other way.
     fn sheet(place: impl Fn(f64, f64) -> [f64; 3], mirrored: bool) -> (Mesh, Vec<[f64; 2]>) {
         let uvs: Vec<[f64; 2]> = (0..(N + 1) * (N + 1))
             .map(|i| [(i % (N + 1)) as f64 / N as f64, (i / (N + 1)) as f64 / N as f64])
@@ -295,7 +304,7 @@ mod tests {
             ("mirrored", &flat, true),
         ] {
             let (before, uvs) = sheet(place, mirrored);
-            for green in [Green::Up, Green::Down] {
+            for green in [NormalMapConvention::Up, NormalMapConvention::Down] {
                 let map = NormalMap::read(&image(green, 1.0)).unwrap();
                 let mut mesh = before.clone();
                 let found = map.displace(&mut mesh, green, 1.0).unwrap();
@@ -311,22 +320,26 @@ mod tests {
                 let heights: Vec<f64> = (0..uvs.len()).map(height).collect();
                 assert!(off(&heights, &uvs) < 0.04, "{name}, {green:?}: {}", off(&heights, &uvs));
                 assert!(found.left < 0.1, "{name}, {green:?}: {}", found.left);
-                // Twice as strong is twice as high.
+                // Twice the strength gives twice the height.
                 let mut twice = before.clone();
                 let doubled = map.displace(&mut twice, green, 2.0).unwrap();
                 assert!((doubled.highest - 2.0 * found.highest).abs() < 1e-9);
-                // The other way of green is no surface.
+                // Read with the other direction of green, the map is no surface.
                 let left = map.displace(&mut before.clone(), green.other(), 1.0).unwrap().left;
                 assert!(left > 0.5, "{name}, {green:?}, read the other way: {left}");
             }
         }
     }
 
-    /// A sheet that is twice as long has half of the slopes for the same heights: slopes are by length, whatever the texture's.
+    /// A sheet that is twice as long has half of the slopes for the same heights. Slopes are by length on the
+    /// mesh, not by texture coordinates.
     #[test]
     fn lengths_are_the_meshs() {
         let (mut mesh, uvs) = sheet(|u, v| [2.0 * u, v, 0.0], false);
-        NormalMap::read(&image(Green::Up, 2.0)).unwrap().displace(&mut mesh, Green::Up, 1.0).unwrap();
+        NormalMap::read(&image(NormalMapConvention::Up, 2.0))
+            .unwrap()
+            .displace(&mut mesh, NormalMapConvention::Up, 1.0)
+            .unwrap();
         let heights: Vec<f64> = mesh.positions.iter().map(|x| x[2]).collect();
         assert!(off(&heights, &uvs) < 0.04, "{}", off(&heights, &uvs));
     }
@@ -339,7 +352,8 @@ mod tests {
         encoder.write_header().unwrap().write_image_data(&[128, 128, 255]).unwrap();
         let (mut mesh, _) = sheet(|u, v| [u, v, 0.0], false);
         let before = mesh.clone();
-        let found = NormalMap::read(file.path()).unwrap().displace(&mut mesh, Green::Up, 1.0).unwrap();
+        let found =
+            NormalMap::read(file.path()).unwrap().displace(&mut mesh, NormalMapConvention::Up, 1.0).unwrap();
         assert_eq!((mesh, found), (before, Integrated { highest: 0.0, left: 0.0 }));
     }
 }

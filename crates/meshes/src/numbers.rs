@@ -8,8 +8,8 @@ use std::path::Path;
 /// A name, and a number for each vertex.
 pub type Numbers = (String, Vec<f32>);
 
-/// The numbers of a PLY's vertices beside their positions, in the file's order; bytes, as colours are, are a 255th. `vertices` is how many
-/// there have to be.
+/// Reads the numbers of a PLY's vertices beside their positions, in the order of the file. Bytes, such as
+/// colours, are divided by 255. `vertices` is the number of vertices that there have to be.
 ///
 /// # Errors
 /// [`Error::Input`] if the file is no PLY, or has other vertices or no numbers; [`Error::Io`].
@@ -37,10 +37,12 @@ pub fn decode_numbers(bytes: &[u8], name: &str, vertices: usize) -> Result<Vec<N
     Ok(found.into_iter().map(narrow).collect())
 }
 
-/// Writes a mesh as PLY (binary, positions in 32 bits) with numbers at its vertices, under names without blanks.
+/// Writes a mesh as PLY (binary, positions in 32 bits) with numbers at its vertices, under names without
+/// blanks.
 ///
 /// # Errors
-/// [`Error::Input`] if the mesh does not pass [`check`], or a list has not a number for each vertex; [`Error::Io`]. Nothing is left behind then.
+/// [`Error::Input`] if the mesh does not pass [`check`], or a list has not a number for each vertex;
+/// [`Error::Io`]. Nothing is left behind then.
 pub fn write_numbers(path: &Path, mesh: &Mesh, numbers: &[(&str, &[f32])]) -> Result<()> {
     check(mesh, &path.display().to_string())?;
     let vertices = mesh.positions.len();

@@ -1,4 +1,5 @@
-//! Wavefront OBJ: `v`, `vt`, `f` and `usemtl`. An own reader, so that every message has its line and polygons stay whole.
+//! Wavefront OBJ: `v`, `vt`, `f` and `usemtl`. An own reader, so that every message has its line and polygons
+//! stay whole.
 
 use super::check::representable;
 use super::materials::Assigned;

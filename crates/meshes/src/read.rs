@@ -21,7 +21,7 @@ impl Format {
     ///
     /// # Errors
     /// [`Error::Input`] lists the known extensions.
-    pub fn of(path: &Path) -> Result<Self> {
+    pub fn from_extension(path: &Path) -> Result<Self> {
         let extension =
             path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
         match extension.as_str() {
@@ -41,17 +41,18 @@ impl Format {
 /// Reads a mesh; polygons, vertex order and texture coordinates are kept.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is unknown or the file is not a valid mesh (see [`check`]); [`Error::Io`].
+/// [`Error::Input`] if the extension is unknown or the file is not a valid mesh (see [`check`]);
+/// [`Error::Io`].
 pub fn read(path: &Path) -> Result<Mesh> {
-    let format = Format::of(path)?;
+    let format = Format::from_extension(path)?;
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let name = path.display().to_string();
     let folder = path.parent().unwrap_or(Path::new(""));
     decode_with(&bytes, format, &name, &|uri| gltf::read_beside(folder, uri, &name))
 }
 
-/// Reads a mesh from memory. `name` stands for the file in messages. A glTF document that keeps its numbers in
-/// other files cannot be read this way.
+/// Reads a mesh from memory. `name` stands for the file in messages. A glTF document that keeps its numbers
+/// in other files cannot be read this way.
 ///
 /// # Errors
 /// [`Error::Input`] if the bytes are not a valid mesh (see [`check`]).

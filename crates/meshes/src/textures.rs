@@ -4,9 +4,9 @@ use super::{Format, gltf};
 use rhytid_core::{Error, Reach, Result, folder_of, input_file, named_file};
 use std::path::Path;
 
-/// The base colours of materials in `path`: of the materials of an OBJ or its MTL (`map_Kd`), or of a glTF. Each is a material's name
-/// and its image as the file has it, a PNG or JPEG for the most part; materials without one are left out. Files that are named have
-/// to be within `reach`.
+/// The base colours of materials in `path`: of the materials of an OBJ or its MTL (`map_Kd`), or of a glTF.
+/// Each is a material's name and its image as the file has it, a PNG or JPEG for the most part; materials
+/// without one are left out. Files that are named have to be within `reach`.
 ///
 /// # Errors
 /// [`Error::Input`] if the file is none of these or names none; [`Error::Io`].
@@ -15,7 +15,7 @@ pub fn read_textures(path: &Path, reach: Reach) -> Result<Vec<(String, Vec<u8>)>
     let bytes = || input_file::read(path, input_file::LARGEST_MESH_OR_TAKE);
     let found = match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("mtl") => of_mtl(path, &bytes()?, reach)?,
-        _ => match Format::of(path)? {
+        _ => match Format::from_extension(path)? {
             Format::Obj => of_obj(path, &bytes()?, reach)?,
             Format::Gltf => {
                 let folder = folder_of(path);

@@ -5,11 +5,13 @@ use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use rhytid_usd::read::read_primvar;
 use std::path::Path;
 
-/// The weights of a painted mesh's vertices, from 0 to 1. Of a PLY: the numbers of `property`, or a 255th of them where they are whole ones of a byte, as colours are. Of a USD
-/// file: the primvar of this name, as [`read_primvar`] gives it. `vertices` is how many there have to be.
+/// Reads the weights of a painted mesh's vertices, from 0 to 1. In a PLY they are the numbers of `property`;
+/// whole numbers of a byte, as colours are, are divided by 255. In a USD file they are the primvar of this
+/// name, as [`read_primvar`] returns it. `vertices` is the number of vertices that there have to be.
 ///
 /// # Errors
-/// [`Error::Input`] if the file is neither, has another number of vertices or no such property, or where a weight is not from 0 to 1; [`Error::Io`].
+/// [`Error::Input`] if the file is neither, has another number of vertices or no such property, or where a
+/// weight is not from 0 to 1; [`Error::Io`].
 pub fn read_weights(path: &Path, property: &str, vertices: usize) -> Result<Vec<f32>> {
     let fault = |what: String| Error::input(format!("{}: {what}", path.display()));
     let extension = path.extension().map(|extension| extension.to_string_lossy().to_lowercase());

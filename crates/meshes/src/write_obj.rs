@@ -5,9 +5,9 @@ use rhytid_core::{AtomicFile, Materials, Mesh, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes `mesh` as OBJ so that [`super::read()`] gives it back: numbers are the shortest that read as the same
-/// `f64` (`f32` for texture coordinates). Texture indices that only repeat the vertex indices come back as
-/// texture coordinates per vertex.
+/// Writes `mesh` as OBJ so that [`super::read()`] returns the same mesh. Numbers are the shortest that read
+/// as the same `f64` (`f32` for texture coordinates). Texture indices that only repeat the vertex indices
+/// become texture coordinates per vertex.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Input`] if `mesh` does not pass [`check`] or the folder does not exist;

@@ -1,4 +1,5 @@
-//! The region of a face that edits affect, which is evaluated by itself, so that edits cost as much as they reach.
+//! The region of a face that edits affect. It is evaluated by itself, so the cost of edits grows with the
+//! region.
 
 use crate::context::Context;
 use crate::edit_falloff::EditFalloff;
@@ -9,24 +10,26 @@ use std::ops::Range;
 
 /// The vertices that edits affect.
 pub(crate) struct AffectedRegion {
-    /// How far edits of markers reach.
+    /// The falloff of edits of markers.
     falloff: Option<EditFalloff>,
-    /// Where these or gains of the folds do something, ascending.
+    /// The vertices that these edits or gains of the folds change, ascending.
     vertices: Vec<VertexId>,
-    /// A rig of them, which come first; `None` where they are so much of the face that it is evaluated as a whole.
+    /// A rig of these vertices, which come first. `None` where they are so much of the face that the whole
+    /// face is evaluated.
     part: Option<Rig>,
 }
 
-/// What is evaluated of some frames beside the whole face as it is without the edits of markers.
+/// The evaluations of some frames, beside the whole face without the edits of markers.
 #[derive(Default)]
 pub(crate) struct PartialEvaluation {
-    /// Those that edits of markers move: positions of the stage that is shown and, where anything fades, of the large scale.
+    /// The frames that edits of markers move: positions of the stage that is shown and, where anything fades,
+    /// of the large scale.
     edited: Evaluated,
-    /// Those in which folds are multiplied: positions of the large scale, without the edits of markers.
+    /// The frames in which folds are multiplied: positions of the large scale, without the edits of markers.
     large_scale: Evaluated,
 }
 
-/// Some frames of the region, of one or more stages.
+/// Some frames of the region, at one or more stages.
 #[derive(Default)]
 struct Evaluated {
     numbers: Vec<usize>,
@@ -36,14 +39,16 @@ struct Evaluated {
 /// A frame of the region: positions of each of its vertices, where they were evaluated.
 #[derive(Clone, Copy)]
 pub(crate) struct PartialFrame<'b> {
-    /// As they are shown and, where anything fades, of the large scale, with the edits of markers.
+    /// Positions that are shown and, where anything fades, those of the large scale, with the edits of
+    /// markers.
     pub edited: Option<[&'b [[f32; 3]]; 2]>,
-    /// Of the large scale, without.
+    /// Positions of the large scale, without the edits of markers.
     pub large_scale: Option<&'b [[f32; 3]]>,
 }
 
 impl AffectedRegion {
-    /// Where edits of markers have this `falloff`, and folds are multiplied by `gains`; `None` where neither is to do anything.
+    /// The region of edits of markers with this `falloff`, and of the folds' `gains`. `None` where neither
+    /// changes anything.
     pub(crate) fn new<'g>(
         rig: &Rig,
         falloff: Option<EditFalloff>,
@@ -69,18 +74,21 @@ impl AffectedRegion {
         &self.vertices
     }
 
-    /// A rig of the vertices, which come first in it; `None` where they are the whole rig's.
+    /// A rig of the vertices, which come first in it. `None` where the region is the whole rig.
     pub(crate) fn part(&self) -> Option<&Rig> {
         self.part.as_ref()
     }
 
-    /// How far edits of markers reach.
+    /// The falloff of edits of markers.
     pub(crate) fn falloff(&self) -> Option<&EditFalloff> {
         self.falloff.as_ref()
     }
 
-    /// Evaluates of these frames those that edits of markers move, with their large scale where anything `fades`; and of those that are `gained`
-    /// the large scale. `evaluator` has the part.
+    /// Evaluates those of these frames that edits of markers move, and the large scale of those that are
+    /// gained.
+    ///
+    /// Where anything `fades`, the large scale of the edited frames is evaluated too. `evaluator` has the
+    /// part.
     ///
     /// # Errors
     /// As [`Evaluator::evaluate`].
@@ -113,7 +121,7 @@ impl AffectedRegion {
         evaluate(gained, unedited, &stages[1..], &mut partial.large_scale)
     }
 
-    /// One of the frames that were evaluated.
+    /// One of the evaluated frames.
     pub(crate) fn frame<'b>(&self, partial: &'b PartialEvaluation, number: usize) -> PartialFrame<'b> {
         let of_frame = |Evaluated { numbers, results }: &'b Evaluated, stage: usize| {
             let at = numbers.iter().position(|other| *other == number)?;

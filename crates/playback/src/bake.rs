@@ -2,8 +2,10 @@
 
 use rhytid_core::RigidMotion;
 
-/// Moves a frame's V positions and normals (empty where they are not wanted) as the head moves: x ↦ R x + t for positions, n ↦ R n for normals,
-/// computed in f64 and rounded once.
+/// Moves a frame's V positions and normals as the head moves.
+///
+/// A position x becomes R x + t, and a normal n becomes R n. They are computed in f64 and rounded once.
+/// `normals` is empty where no normals are wanted.
 pub(crate) fn bake(motion: &RigidMotion, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
     let [x, y, z, _] = motion.matrix();
     let turn = |v: &[f32; 3]| {

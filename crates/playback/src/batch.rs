@@ -2,14 +2,15 @@
 
 use rhytid_core::{Rig, Stage};
 
-/// Bytes that a batch's results may take together; a batch is made as large as this allows. The chapter's face of
-/// 530,000 vertices has room for a whole batch.
+/// The bytes that the results of a batch may take together. A batch has as many frames as fit. The chapter's
+/// face of 530,000 vertices has room for a whole batch.
 const BATCH_BYTES: usize = 512 << 20;
 
-/// Beyond this many frames a batch is no faster: the CPU backend computes that many together.
+/// The most frames in a batch. A larger batch is no faster: the CPU backend computes this many frames
+/// together.
 const MAX_BATCH: usize = 16;
 
-/// Bytes of the rig's arrays on a device: all but what only the exporters use.
+/// The bytes of the rig's arrays on a device. Arrays that only the exporters use are not counted.
 pub fn rig_bytes(rig: &Rig) -> usize {
     let words = rig.handles().vertices.len()
         + rig.surface().triangles.len() * 3
@@ -27,7 +28,7 @@ pub fn rig_bytes(rig: &Rig) -> usize {
     (words + learned) * 4
 }
 
-/// Bytes of one frame's handle positions and results, every stage together.
+/// The bytes of one frame's handle positions and of its results at all stages.
 pub fn frame_bytes(rig: &Rig) -> usize {
     let results: usize = Stage::ALL.iter().map(|stage| stage.values_per_frame(rig)).sum();
     (results + rig.handles().vertices.len() * 3) * 4

@@ -1,10 +1,10 @@
-//! What all stages of a take's frames share.
+//! The data that all stages of a take's frames share.
 
 use rhytid_core::{Rig, Stage};
 use rhytid_formats::export::OutputStage;
 use rhytid_kernels::normals::VertexTriangles;
 
-/// What all stages of a take's frames share.
+/// The data that all stages of a take's frames share.
 pub(crate) struct Context<'c> {
     pub rig: &'c Rig,
     pub triangles: &'c VertexTriangles,
@@ -12,9 +12,9 @@ pub(crate) struct Context<'c> {
     pub unedited: &'c [[f32; 3]],
     /// Frames × H positions, with all edits.
     pub edited: &'c [[f32; 3]],
-    /// Of each frame, in seconds; empty where nothing asks for it.
+    /// The time of each frame, in seconds; empty where no stage needs it.
     pub times: &'c [f64],
-    /// How far frames go.
+    /// The output stage of the frames.
     pub stage: OutputStage,
     /// Whether frames have normals.
     pub normals: bool,
@@ -26,19 +26,19 @@ impl<'c> Context<'c> {
         self.edited.len() / self.rig.handles().vertices.len()
     }
 
-    /// H positions of a frame, of one of the two arrays.
+    /// H positions of a frame in `of`, which is `unedited` or `edited`.
     pub(crate) fn pose(&self, of: &'c [[f32; 3]], frame: usize) -> &'c [[f32; 3]] {
         let mut frames = of.chunks_exact(self.rig.handles().len());
         frames.nth(frame).expect("a frame of the take")
     }
 
-    /// The device's stage that has a frame's positions.
+    /// The device's stage that gives a frame's positions.
     pub(crate) fn shown(&self) -> Stage {
         stages(self.stage)[0]
     }
 }
 
-/// The device's stages that have an output stage's positions and normals.
+/// The device's stages that give an output stage's positions and normals.
 pub(crate) fn stages(stage: OutputStage) -> [Stage; 2] {
     match stage {
         OutputStage::LargeScale | OutputStage::Shell => [Stage::LargeScale, Stage::LargeScaleNormals],

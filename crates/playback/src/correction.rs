@@ -1,4 +1,4 @@
-//! Corrections: what an artist sculpted of one frame, in all frames that are like it.
+//! Corrections: an artist sculpts one frame, and all similar frames follow.
 
 use crate::local_normals;
 use rayon::prelude::*;
@@ -7,28 +7,34 @@ use rhytid_formats::edits::Curve;
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_kernels::vec3;
 
-/// What is moved by less is as it was: a part of the face's diagonal, below which files round.
+/// An offset below this part of the face's diagonal counts as none. Files round to more than that.
 const NOTHING: f64 = 2e-6;
 
-/// Where nothing else is said, a correction reaches so far of the way to the rest pose.
+/// The reach of a correction that states none, as a part of the mean distance from the sculpted frame to the
+/// rest pose.
 const USUAL_REACH: f64 = 0.5;
 
-/// A correction reaches no less far, as a ratio: what is sculpted near the rest pose would flicker with the markers' noise.
+/// The least reach of a correction that states none, as a ratio. With a smaller reach, a correction near the
+/// rest pose would flicker with the markers' noise.
 const LEAST_REACH: f64 = 0.02;
 
-/// What was sculpted of one frame: offsets of its vertices, which fade as a frame is less like it.
+/// The sculpted offsets of one frame's vertices, which fade as a frame is less like that frame.
 ///
-/// Vertex v of a frame moves by `a ψ(r_v / reach) F_v S_vᵀ d_v`, with the offset d_v and the frame of its normal and its tangent neighbour S_v in the
-/// sculpted frame, and F_v now. r_v is how far the frame is from the sculpted one, as the vertex sees it: `√Σ ω ‖D_e − D_e'‖²` over the vector strains (of
-/// a rig of the chapter's method over strains) that it listens to; and `ψ(s) = (1 − s)⁴ (4 s + 1)` (Wendland's C²), which is 0 from 1 on. So the sculpted
+/// Vertex v of a frame moves by `a ψ(r_v / reach) F_v S_vᵀ d_v`. Here d_v is the vertex's sculpted offset,
+/// and a is the amount at the frame's time. S_v is the vertex's tangent frame in the sculpted frame, made of
+/// its normal and its tangent neighbour. F_v is its tangent frame in the frame that is moved.
+///
+/// r_v is the distance of the frame from the sculpted one at the vertex: `√Σ ω ‖D_e − D_e'‖²`. The sum is
+/// over the vector strains that influence the vertex. A rig of the chapter's method has strains in their
+/// place. `ψ(s) = (1 − s)⁴ (4 s + 1)` is Wendland's C² function, which is 0 from s = 1 on. So the sculpted
 /// frame is met to rounding, and a frame farther away than the reach keeps every bit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Correction {
     /// The frame of the take that was sculpted.
     frame: usize,
-    /// Those that move, ascending.
+    /// The vertices that move, ascending.
     vertices: Vec<u32>,
-    /// S_vᵀ d_v of each, with the region's weight, in mesh units.
+    /// S_vᵀ d_v of each of them, multiplied by the region's weight, in mesh units.
     offsets: Vec<[f64; 3]>,
     features: Vec<[f64; 3]>,
     reach: f64,
@@ -36,10 +42,10 @@ pub struct Correction {
     amount: Curve,
 }
 
-/// A sculpted frame as files have it.
+/// A sculpted frame as the files give it.
 pub(crate) struct Sculpted<'a> {
     pub frame: usize,
-    /// V positions in mesh units, and those that they were before.
+    /// V sculpted positions, in mesh units; `before` has the positions before the sculpting.
     pub positions: &'a [[f64; 3]],
     pub before: &'a [[f32; 3]],
     /// H positions.
@@ -90,23 +96,26 @@ impl Correction {
         self.frame
     }
 
-    /// How many vertices it moves.
+    /// The number of vertices that the correction moves.
     pub fn vertices(&self) -> usize {
         self.vertices.len()
     }
 
-    /// The farthest that it moves one, in mesh units.
+    /// The largest distance that the correction moves a vertex, in mesh units.
     pub fn largest(&self) -> f64 {
         self.offsets.iter().map(|offset| length(*offset)).fold(0.0, f64::max)
     }
 
-    /// From where on it does nothing: how far a frame's strains are from the sculpted frame's, a ratio.
+    /// The distance from the sculpted frame, in strain, beyond which the correction does nothing, a ratio.
     pub fn reach(&self) -> f64 {
         self.reach
     }
 
-    /// Moves a frame's V positions and their normals (empty where they are not wanted), from its H handle positions and its time in seconds. The result
-    /// is the farthest that a vertex moves, in mesh units; where it is 0, every bit is as it was.
+    /// Moves a frame's V positions and updates their normals.
+    ///
+    /// `handles` are the frame's H positions, and `time` is in seconds. `normals` is empty where no normals
+    /// are wanted. The result is the largest distance that a vertex moves, in mesh units. Where it is 0,
+    /// every bit is as it was.
     pub fn apply(
         &self,
         rig: &Rig,
@@ -143,7 +152,8 @@ impl Correction {
     }
 }
 
-/// What vertices see of a pose.
+/// The strains of a pose: vector strains for a rig of the learned method, else strain lengths as vectors
+/// along x.
 fn features(rig: &Rig, handles: &[[f32; 3]]) -> Vec<[f64; 3]> {
     match rig.learned() {
         Some(_) => rig.handles().vector_strains(handles),
@@ -151,7 +161,9 @@ fn features(rig: &Rig, handles: &[[f32; 3]]) -> Vec<[f64; 3]> {
     }
 }
 
-/// How far two poses are from each other, as a vertex sees them; the mean of all features where it listens to none.
+/// The distance of two poses at a vertex, from the features that influence the vertex.
+///
+/// If no feature influences the vertex, the distance is the root mean square over all features.
 fn apart(rig: &Rig, vertex: usize, a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let square = |e: usize| {
         let off = vec3::sub(a[e], b[e]);
@@ -168,7 +180,8 @@ fn apart(rig: &Rig, vertex: usize, a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     }
 }
 
-/// Tangent, bitangent and normal of a vertex; the axes where it has no surface around it.
+/// The tangent, bitangent and normal of a vertex. Where the vertex has no surface around it, the coordinate
+/// axes.
 fn frame_of(rig: &Rig, triangles: &VertexTriangles, positions: &[[f32; 3]], v: usize) -> [[f64; 3]; 3] {
     let n = normals::vertex_normal(positions, &rig.surface().triangles, triangles.at(v)).map(f64::from);
     let neighbour = positions[rig.surface().tangent_neighbors[v].index()].map(f64::from);

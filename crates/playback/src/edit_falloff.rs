@@ -1,19 +1,23 @@
-//! How far edits of markers reach: what edited markers do not drive stays as the take has it, bit for bit.
+//! The falloff of edits of markers: vertices that edited markers do not drive keep every bit of the take.
 
 use crate::{EditedTake, local_normals};
 use rhytid_core::Rig;
 use rhytid_kernels::normals::VertexTriangles;
 
-/// A vertex that edited markers drive by less than the first of these does not follow the edit, and one that they drive by more than the second
-/// follows it fully; between the two it fades.
+/// The shares of a vertex that edited markers drive, between which its following fades in.
+///
+/// Below the first share the vertex does not follow the edit. Above the second it follows the edit fully.
 const DRIVEN: [f64; 2] = [0.05, 0.95];
 
 /// How far each vertex follows edits of markers.
 ///
-/// Vertex v of a frame is at `x + w_v (x' − x)`, of its places x without and x' with the edits. w_v is smooth in the share of v that the edited
-/// handles drive: the sum of its row of the basis over them; where it has no such row, as a tooth, the weights of its features at them. That
-/// share is 1 at handles that are edited and 0 at the others, so that all markers are met; and since w does not change over time there is no
-/// step.
+/// Vertex v of a frame is at `x + w_v (x' − x)`, where x is its place without the edits and x' is its place
+/// with them. w_v is a smooth step of the share of v that the edited handles drive. The share is the sum of
+/// v's row of the basis over the edited handles. A rigid part, such as a tooth, has no such row. Its share is
+/// the weight of its features at the edited handles.
+///
+/// The share is 1 at edited handles and 0 at the others, so all markers are met. w does not change over time,
+/// so there is no step in time.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct EditFalloff {
     /// w, V from 0 to 1.
@@ -21,7 +25,7 @@ pub(crate) struct EditFalloff {
 }
 
 impl EditFalloff {
-    /// Of an edited take; `None` where nothing was edited, or all of the face follows.
+    /// The falloff of an edited take; `None` where nothing was edited, or where all of the face follows.
     pub(crate) fn new(rig: &Rig, take: &EditedTake) -> Option<Self> {
         let edited: Vec<f64> =
             rig.handles().labels.iter().map(|label| f64::from(u8::from(take.is_edited(label)))).collect();
@@ -50,12 +54,12 @@ impl EditFalloff {
         Some(Self { weights: rows.map(of_vertex).collect() })
     }
 
-    /// The vertices that follow the edits at all, ascending.
+    /// The vertices that follow the edits at least in part, ascending.
     pub(crate) fn followers(&self) -> impl Iterator<Item = u32> {
         (0..).zip(&self.weights).filter(|(_, weight)| **weight > 0.0).map(|(v, _)| v)
     }
 
-    /// Where vertex `v` is shown that is at these two places without and with the edits.
+    /// The place of vertex `v` in the result, given its places without and with the edits.
     pub(crate) fn between(&self, v: usize, without: [f32; 3], with: [f32; 3]) -> [f32; 3] {
         match self.weights[v] {
             0.0 => without,
@@ -67,14 +71,14 @@ impl EditFalloff {
         }
     }
 
-    /// From V positions without the edits and those with them to what is shown, in place of the latter.
+    /// Blends V positions without the edits into those with the edits. The result replaces `with`.
     pub(crate) fn blend(&self, without: &[[f32; 3]], with: &mut [[f32; 3]]) {
         for (v, (x, was)) in with.iter_mut().zip(without).enumerate() {
             *x = self.between(v, *was, *x);
         }
     }
 
-    /// The same of the normals of positions that were blended.
+    /// Updates the normals of positions that were blended.
     pub(crate) fn blend_normals(
         &self,
         rig: &Rig,

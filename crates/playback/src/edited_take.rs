@@ -1,9 +1,9 @@
-//! A take with edits, and what it was before them.
+//! A take with edits, together with the take before them.
 
 use rhytid_core::{Result, Take};
 use std::ops::Range;
 
-/// A take whose handles were edited, and the take as it was before; or one that nobody edited.
+/// A take with edited handles, together with the take before the edits; or a take without edits.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct EditedTake {
     /// The take, with the edits.
@@ -22,7 +22,8 @@ impl From<Take> for EditedTake {
 }
 
 impl EditedTake {
-    /// From a take `before` edits and the same after them: labels and times are the same.
+    /// Makes an edited take of the take `before` the edits and the take after them. Labels and times are the
+    /// same.
     pub(crate) fn new(before: Take, take: Take) -> Self {
         let markers = take.labels.len();
         let is_edited = |column: &usize| {
@@ -40,7 +41,7 @@ impl EditedTake {
         self.take.frames()
     }
 
-    /// The take without the edits; itself where there are none.
+    /// The take without the edits. Where there are none, it is the take itself.
     pub fn before(&self) -> &Take {
         self.before.as_ref().unwrap_or(&self.take)
     }

@@ -1,4 +1,4 @@
-//! Export: a take played into a file.
+//! Export of a take into a file.
 
 use crate::{Performance, Playback, channels};
 use rhytid_core::{ChannelKind, Progress, Result};
@@ -7,8 +7,8 @@ use rhytid_formats::export::{Frame, HeadMotion, Options, Scene, StatedRecipe, Wr
 use std::path::Path;
 
 impl Playback<'_> {
-    /// Plays a performance of this rig into the file `path`, in the format of its extension. The recipe stands in the file. Nothing is left
-    /// behind if it fails.
+    /// Plays a performance of this rig into the file `path`, in the format of its extension. The file
+    /// contains the recipe. If the export fails, no file remains.
     ///
     /// # Errors
     /// As [`animation::create`] and [`Playback::play`].
@@ -22,7 +22,7 @@ impl Playback<'_> {
         self.export_seen(performance, path, options, progress, |_| Ok(()))
     }
 
-    /// As [`Playback::export`], with every frame also shown to `seen`, which makes something else of it.
+    /// As [`Playback::export`], and also hands every frame to `seen`, for another use of it.
     ///
     /// # Errors
     /// As [`Playback::export`] and `seen`.
@@ -46,7 +46,7 @@ impl Playback<'_> {
             frames,
             rate: selection.rate,
             first_time_code: selection.first as f64,
-            ..Scene::of(rig, &corners, &stated)
+            ..Scene::new(rig, &corners, &stated)
         };
         let mut exporter = animation::create(path, &scene, options)?;
         let mut done = 0;

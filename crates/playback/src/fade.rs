@@ -1,5 +1,7 @@
-//! Folds that are stronger or weaker than learned: by gains over time, and where they are not to be trusted, as the markers that drive them were filled
-//! rather than measured, or the frame is far outside what the examples show.
+//! Folds that are stronger or weaker than learned.
+//!
+//! Gains over time change them. Folds also fade where they are not to be trusted. These are places where the
+//! driving markers were filled and not measured, and frames far outside the examples.
 
 use crate::channels::Uncertainty;
 use crate::local_normals;
@@ -11,17 +13,17 @@ use rhytid_solve::FAR;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// By how much folds are multiplied at each vertex, over time: `1 + w_v (g − 1)`.
+/// A gain of the folds at each vertex, over time: `1 + w_v (g − 1)`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct VertexGain {
-    /// The vertices where something changes, ascending, and w: 1 where all of it does.
+    /// The vertices that the gain changes, ascending, and their w; 1 is the full gain.
     weights: Vec<(u32, f32)>,
     /// g over the take's time in seconds.
     by: Curve,
 }
 
 impl VertexGain {
-    /// With w of the V vertices, and g over the take's time in seconds.
+    /// The gain with w of the V vertices, and with g over the take's time in seconds.
     pub(crate) fn new(weights: &[f32], by: Curve) -> Self {
         let weights = (0..).zip(weights.iter().copied()).filter(|(_, weight)| *weight != 0.0);
         Self { weights: weights.collect(), by }
@@ -32,45 +34,52 @@ impl VertexGain {
         self.by.at(time)
     }
 
-    /// The vertices where something changes, ascending.
+    /// The vertices that the gain changes, ascending.
     pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> {
         self.weights.iter().map(|(v, _)| *v)
     }
 
-    /// g, where it is the same at all times.
+    /// g, if it is the same at all times.
     pub(crate) fn constant(&self) -> Option<f64> {
         let by = self.by.at(0.0);
         self.by.is_constantly(by).then_some(by)
     }
 
-    /// What folds are multiplied by where it is not 1, if g is `by`: vertices, ascending, and factors.
+    /// The factors of the folds that are not 1, if g is `by`: vertices, ascending, and factors.
     pub(crate) fn factors(&self, by: f64) -> impl Iterator<Item = (usize, f64)> {
         let weights = self.weights.iter().filter(move |_| by != 1.0);
         weights.map(move |&(v, weight)| (v as usize, 1.0 + f64::from(weight) * (by - 1.0)))
     }
 }
 
-/// Multiplies the detail of a take's frames by gains, and takes it away as the take's confidence and the rig's say.
+/// Multiplies the fine detail of a take's frames by gains, and fades it by the confidence of the take and of
+/// the rig.
 ///
-/// Vertex v of a frame is at x̃ + g c_v (x − x̃), from the large scale x̃ towards the full result x, with g the product of all gains. c_v is the confidence of
-/// the strain edges that v listens to, weighted by its influences: Σ_k α_vk min(c_a, c_b) / Σ_k α_vk, where edge k joins
-/// the handles a and b. A vertex without influences has no detail to fade. By the learned method, c_v is that times what falls from 1
-/// to 0 where σ_v is from [`FAR`] to twice as many times that of an example that is left out.
+/// Vertex v of a frame is at x̃ + g c_v (x − x̃). Here x̃ is its place in the large scale, x is its place in
+/// the full result, and g is the product of all gains. c_v is the mean confidence of the strain edges that
+/// influence v, weighted by the influences: Σ_k α_vk min(c_a, c_b) / Σ_k α_vk. Edge k joins the handles a and
+/// b. A vertex without influences has no detail to fade.
+///
+/// With the learned method, c_v is also multiplied by a factor that depends on σ_v, relative to the σ of a
+/// left-out example. The factor is 1 up to [`FAR`], falls linearly, and is 0 from twice [`FAR`] on.
 pub(crate) struct Fade<'a> {
     rig: &'a Rig,
     gains: &'a [VertexGain],
-    /// Of each frame, in seconds.
+    /// The time of each frame, in seconds.
     times: &'a [f64],
     vertex_triangles: Arc<VertexTriangles>,
-    /// frames × F: the lesser confidence of each edge's two handles; empty where the take has none below 1.
+    /// frames × F: the lower confidence of each edge's two handles; empty where no confidence of the take is
+    /// below 1.
     edges: Vec<f32>,
-    /// Where some frame is far from the examples.
+    /// The uncertainty of the frames, if some frame is far from the examples.
     far: Option<Uncertainty>,
 }
 
 impl<'a> Fade<'a> {
-    /// `None` where all leave every frame as it is. The take has all of the rig's handles, at these frames × H positions; its confidence and the rig's
-    /// count where it `fades`.
+    /// `None` where no frame changes.
+    ///
+    /// The take has all of the rig's handles, and `handle_positions` are frames × H. The confidence of the
+    /// take and of the rig counts only if `fades`.
     ///
     /// # Errors
     /// As [`Uncertainty::new`].
@@ -114,7 +123,8 @@ impl<'a> Fade<'a> {
         }))
     }
 
-    /// Whether any of these frames may fade all over the face, for which it needs its large scale.
+    /// Whether any of these frames may fade all over the face. If so, it needs the large scale of the whole
+    /// face.
     pub(crate) fn is_everywhere(&self, frames: Range<usize>) -> bool {
         let edges = self.rig.handles().strain_edges.len();
         let unsure = |frame: usize| {
@@ -125,13 +135,16 @@ impl<'a> Fade<'a> {
         frames.into_iter().any(|frame| unsure(frame) || is_far(frame))
     }
 
-    /// Whether a gain does something in a frame, for which that needs the large scale of the gain's vertices.
+    /// Whether a gain changes a frame. If so, the frame needs the large scale of the gain's vertices.
     pub(crate) fn is_gained(&self, frame: usize) -> bool {
         self.gains.iter().any(|gain| gain.at(self.times[frame]) != 1.0)
     }
 
-    /// Fades a frame's V positions and normals (empty where they are not wanted), from the positions of its large scale, which count where something
-    /// fades. Where nothing does, and away from what does, every bit stays.
+    /// Fades a frame's V positions and updates its normals.
+    ///
+    /// `large_scale` are the V positions of the large scale, which matter only where something fades.
+    /// `normals` is empty where no normals are wanted. Vertices where nothing fades keep every bit, and so do
+    /// normals away from those that fade.
     pub(crate) fn frame(
         &self,
         frame: usize,
@@ -165,7 +178,7 @@ impl<'a> Fade<'a> {
     }
 }
 
-/// A vertex with its folds times so much; every bit of it where that is 1.
+/// A vertex with its folds multiplied by `factor`. Every bit stays where the factor is 1.
 pub(crate) fn folded(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] {
     if factor == 1.0 {
         return full;
@@ -176,7 +189,9 @@ pub(crate) fn folded(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] 
     })
 }
 
-/// V numbers from those of the H handles: the mean of those of the handles that drive a vertex's folds, 0 where there is none.
+/// V numbers, from numbers of the H handles.
+///
+/// A vertex has the mean number of the handles that drive its folds, or 0 where no handle does.
 pub(crate) fn of_vertices(rig: &Rig, handles: &[f64]) -> Vec<f32> {
     let mean = |&[a, b]: &[HandleId; 2]| (0.5 * (handles[a.index()] + handles[b.index()])) as f32;
     let edges: Vec<f32> = rig.handles().strain_edges.iter().map(mean).collect();
@@ -184,10 +199,10 @@ pub(crate) fn of_vertices(rig: &Rig, handles: &[f64]) -> Vec<f32> {
     (0..rig.vertices()).map(|v| if is_driven(v) { of_vertex(rig, v, &edges) as f32 } else { 0.0 }).collect()
 }
 
-/// c_v, from the confidence of the F edges; or what else they have.
+/// c_v, from the confidence of the F edges; or the same mean of another number of the edges.
 fn of_vertex(rig: &Rig, v: usize, edges: &[f32]) -> f64 {
     let (mut weighted, mut total) = (0.0, 0.0);
-    for (edge, alpha) in rig.influences().of(v) {
+    for (edge, alpha) in rig.influences().at(v) {
         weighted += f64::from(alpha) * f64::from(edges[edge.index()]);
         total += f64::from(alpha);
     }

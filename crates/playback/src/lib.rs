@@ -1,8 +1,8 @@
-//! Playback: a take on a rig, on the fastest device that can be trusted, and on the next one if it fails.
+//! Playback of a take on a rig, on the fastest device that can be trusted, and on the next one if that fails.
 //!
-//! Frames are evaluated in batches, a batch ahead of whoever uses them. What else a frame can be given is done on the way:
-//! normals, velocities, the head's motion, folds that fade where the take is not to be trusted; and triangles that what was learned turns over are
-//! turned back.
+//! Frames are evaluated in batches, one batch ahead of their use. Playback can also add normals, velocities
+//! and the head's motion. Folds fade where the take is not to be trusted. Triangles that the fine detail
+//! turns over are turned back.
 //!
 //! ```
 //! use rhytid_core::NoProgress;
@@ -33,11 +33,11 @@ mod affected_region;
 mod bake;
 mod batch;
 mod channels;
-mod comes_back;
 mod context;
 mod correction;
 mod edit_falloff;
 mod edited_take;
+mod example_residuals;
 mod export;
 mod fade;
 mod layers;
@@ -47,6 +47,7 @@ mod pipeline;
 mod playback;
 mod refined;
 mod regions;
+mod rig_diff;
 mod selection;
 mod shapes;
 mod stages;
@@ -54,19 +55,18 @@ mod takes;
 mod untangle;
 mod velocities;
 mod verify;
-mod what_changes;
 
 pub use batch::{batch_frames, frame_bytes, rig_bytes};
 pub use channels::of_recipe as channels_of;
-pub use comes_back::{ComesBack, comes_back};
 pub use correction::Correction;
 pub use edited_take::EditedTake;
+pub use example_residuals::{ExampleResiduals, example_residuals};
 pub use layers::{FrameEdits, Layers};
 pub use performance::Performance;
 pub use playback::Playback;
 pub use regions::{check_gains, region_of, scale_folds};
+pub use rig_diff::{Change, rig_diff};
 pub use selection::{FrameRange, Selection, uneven_step};
 pub use shapes::handle_shapes;
 pub use takes::{CleanUp, read_raw_take, read_take};
 pub use verify::{ChannelDifference, Verified, verify};
-pub use what_changes::{Change, what_changes};

@@ -1,11 +1,11 @@
-//! Normals where a few vertices moved.
+//! Updates of normals where a few vertices moved.
 
 use rayon::prelude::*;
 use rhytid_core::Rig;
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 
-/// Computes the normals of the vertices that moved and of those beside them from the V positions; the others keep every bit. Nothing where there are
-/// no normals.
+/// Computes the normals of the vertices that moved, and of their neighbours, from the V positions. All other
+/// normals keep every bit. Does nothing where `normals` is empty.
 pub(crate) fn update(
     rig: &Rig,
     triangles: &VertexTriangles,
@@ -19,7 +19,8 @@ pub(crate) fn update(
     }
 }
 
-/// V: which vertices these are and which are beside them, whose normals change where they move.
+/// V: whether a vertex is one of `vertices` or a neighbour of one, so that its normal changes where they
+/// move.
 pub(crate) fn beside(
     rig: &Rig,
     triangles: &VertexTriangles,
@@ -33,7 +34,7 @@ pub(crate) fn beside(
     beside
 }
 
-/// Computes the normals of these of V vertices.
+/// Computes the normals of the vertices that `vertices` (V) marks.
 pub(crate) fn update_where(
     vertices: &[bool],
     rig: &Rig,

@@ -4,10 +4,12 @@ use crate::{EditedTake, FrameRange, Layers, Playback, Selection, channels, check
 use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Remedy, Result, Rig, Take, human};
 use rhytid_formats::export::{OutputStage, Recipe};
 
-/// All that decides the frames of an animation. Whoever makes one, and whoever makes it again to compare it, goes this one way.
+/// All that decides the frames of an animation.
+///
+/// An export and its later comparison make their performance in this same way.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Performance {
-    /// The rig as it is played: of the recipe's stage, with its gains.
+    /// The rig as it is played: at the recipe's stage, with the recipe's gains.
     pub rig: Rig,
     /// The recipe.
     pub recipe: Recipe,
@@ -19,10 +21,11 @@ pub struct Performance {
 }
 
 impl Performance {
-    /// Does to `rig` and `take` what the recipe says. `layers` are the edits, read for this rig.
+    /// Applies the recipe to `rig` and `take`. `layers` are the edits, read for this rig.
     ///
     /// # Errors
-    /// [`Error::Input`] if the take lacks frames that the recipe names, or handles; as [`scale_folds`], [`Layers::edit`] and [`Selection::new`].
+    /// [`Error::Input`] if the take lacks handles, or frames that the recipe names. Otherwise the errors of
+    /// [`scale_folds`], [`Layers::edit`] and [`Selection::new`].
     pub fn new(mut recipe: Recipe, mut rig: Rig, take: Take, layers: Option<Layers>) -> Result<Self> {
         if recipe.end_frame == 0 {
             recipe.end_frame = take.frames() as u64;
@@ -48,11 +51,12 @@ impl Performance {
         Ok(Self { rig, recipe, take, selection, layers })
     }
 
-    /// Whether the rig can do what the recipe says: asked before a take is recorded, which would be lost.
+    /// Checks that the rig can do what the recipe says. Call it before a take is recorded, which would be
+    /// lost otherwise.
     ///
     /// # Errors
-    /// [`Error::Input`] if it is to be refined and has examples, a gain or a group of wrinkles names what it does not have, or it does not know
-    /// what a channel says.
+    /// [`Error::Input`] if the recipe refines a rig with examples, or if the rig has no data for a channel.
+    /// Also if a gain or a wrinkle group names something that the rig lacks.
     pub fn check(recipe: &Recipe, rig: &Rig) -> Result<()> {
         if recipe.refine && !rig.examples().names.is_empty() {
             return Err(Error::conflict(format!(

@@ -1,18 +1,23 @@
-//! Two stages of work that overlap: while the second empties one buffer, the first fills the next.
+//! Two stages of work that overlap: the first fills a buffer while the second empties another one.
 
 use rhytid_core::Result;
 use rhytid_core::buffer_ring::buffer_ring;
 use std::{panic, thread};
 
-/// Buffers that go round: one is filled while the other one is emptied. A third was no faster.
+/// The number of buffers that are used in turn: one is filled while the other one is emptied. A third was no
+/// faster.
 pub(crate) const BUFFERS: usize = 2;
 
-/// Fills a buffer for each of `items` on a thread of its own, and hands the full ones to `empty`, in order, on this
-/// one. There are `buffers` of them, at least 1, which are filled again and again: memory does not grow with the items.
+/// Fills a buffer for each of `items` on a thread of its own, and hands the full buffers to `empty` on this
+/// thread.
+///
+/// The order of the items stays. There are `buffers` buffers, at least 1, and they are used again and again.
+/// So memory does not grow with the number of items.
 ///
 /// # Errors
-/// That of the item that comes first, as if each had been filled and emptied before the next one. After an error
-/// nothing more is handed to `empty`, and at most the buffers that are empty are still filled.
+/// The error of the first item that fails, as if each item had been filled and emptied before the next one.
+/// After an error nothing more is handed to `empty`. At most the buffers that are empty by then are still
+/// filled.
 pub(crate) fn run<Items, Buffer>(
     buffers: usize,
     items: Items,
@@ -27,7 +32,7 @@ where
         let (filler, emptier) = buffer_ring((0..buffers).map(|_| Buffer::default()));
         let filling = scope.spawn(move || {
             for item in items {
-                // Whoever empties them hangs up after an error of its own.
+                // After an error, the other stage closes the channel.
                 let Some(mut buffer) = filler.empty() else { break };
                 fill(item, &mut buffer)?;
                 if !filler.hand_over(buffer) {
@@ -43,7 +48,7 @@ where
         });
         drop(emptier);
         let all_filled = filling.join().unwrap_or_else(|fault| panic::resume_unwind(fault));
-        // What was emptied came before what was being filled.
+        // The item that was emptied comes before the one that was being filled.
         all_emptied.and(all_filled)
     })
 }
@@ -61,8 +66,8 @@ mod tests {
         Error::input(format!("{what} {item}"))
     }
 
-    /// Numbers from 0 up through `buffers`, until one of the stages fails at a number: what the second one got, and how
-    /// it ended.
+    /// Sends numbers from 0 up through `buffers` until one of the stages fails at a number. The result is
+    /// what the second stage got, and how the run ended.
     fn numbers(buffers: usize, fill_fails: usize, empty_fails: usize) -> (Vec<usize>, Result<()>) {
         let mut got = Vec::new();
         let fill = |item, buffer: &mut Vec<usize>| {
@@ -112,7 +117,7 @@ mod tests {
 
     #[test]
     fn the_stages_overlap_and_no_more_buffers_are_made() {
-        /// Counts those that are made.
+        /// Counts the buffers that are made.
         #[derive(Debug)]
         struct Buffer;
         static MADE: AtomicUsize = AtomicUsize::new(0);
@@ -128,7 +133,7 @@ mod tests {
             Ok(())
         };
         run(BUFFERS, 0..ITEMS, fill, |_| {
-            // Time for the other stage to go as far ahead as it can.
+            // This gives the other stage time to go as far ahead as it can.
             thread::sleep(Duration::from_millis(20));
             most_ahead = most_ahead.max(filled.load(Ordering::SeqCst) - emptied);
             emptied += 1;

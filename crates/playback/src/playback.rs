@@ -1,7 +1,8 @@
-//! Playback: a take on a rig, frame by frame. It is what is exported, and what an exported file is compared with.
+//! Playback: a take on a rig, frame by frame. Exports write these frames, and verification compares a file
+//! with them.
 
 use crate::affected_region::AffectedRegion;
-use crate::channels::{ChannelSources, Given};
+use crate::channels::{ChannelSources, EvaluatedFrame};
 use crate::context::{Context, stages};
 use crate::correction::{Correction, Sculpted};
 use crate::edit_falloff::EditFalloff;
@@ -20,29 +21,32 @@ use rhytid_formats::export::{ChannelChoice, Frame, HeadMotion, OutputStage, Reci
 use rhytid_kernels::normals::VertexTriangles;
 use std::sync::Arc;
 
-/// A rig on a device, and the devices to go on with if that one fails.
+/// A rig on a device, and the devices that take over if that one fails.
 pub struct Playback<'a> {
     rig: &'a Rig,
     evaluator: Evaluator<'a>,
     /// Frames in a batch.
     batch: usize,
-    /// By how much folds are multiplied, one on the other.
+    /// The gains of the folds, which multiply each other.
     gains: Arc<[VertexGain]>,
-    /// What was sculpted, in order.
+    /// The sculpted corrections, in order.
     corrections: Arc<[Correction]>,
-    /// The farthest that each correction moved a vertex, in mesh units, in each frame that was played last, inner ones or not.
+    /// The largest distance that each correction moved a vertex, in mesh units, in each frame of the last
+    /// play. The frames around the inner ones are included.
     corrected: Vec<Vec<f64>>,
     triangles: Arc<VertexTriangles>,
-    /// Where something was learned.
+    /// `None` for a rig without learned detail.
     untangle: Option<Arc<Untangle<'a>>>,
 }
 
 impl<'a> Playback<'a> {
-    /// Makes `rig` resident on the first of `devices` that has room for it, for takes of `frames` frames; the other devices, as
-    /// [`rhytid_devices::choose_devices`] gives them, are for when that one fails.
+    /// Makes `rig` resident on the first of `devices` that has room for it, for takes of `frames` frames.
+    ///
+    /// If that device fails later, the other devices take over. Get `devices` from
+    /// [`rhytid_devices::choose_devices`].
     ///
     /// # Errors
-    /// [`Error::Device`], the last device's, if none has room; [`Error::Input`] if the rig is not consistent.
+    /// [`Error::Device`] of the last device if none has room. [`Error::Input`] if the rig is not consistent.
     pub fn new(rig: &'a Rig, devices: &[DeviceInfo], frames: usize) -> Result<Self> {
         let batch = batch::batch_frames(rig).min(frames.max(1));
         let evaluator =
@@ -64,10 +68,13 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// With all that `layers` do beside editing the take: folds by vertex, and what was sculpted, for which frames of the `edited` take are evaluated.
+    /// Adds all effects of `layers` except the edits of the take: gains of folds by vertex, and sculpted
+    /// corrections.
+    ///
+    /// For each correction a frame of the `edited` take is evaluated.
     ///
     /// # Errors
-    /// As [`Playback::play`]; [`Error::Input`] if the take has no frame that was sculpted.
+    /// As [`Playback::play`]. [`Error::Input`] if the take lacks a frame that was sculpted.
     pub fn with_layers(
         mut self,
         layers: &Layers,
@@ -117,12 +124,13 @@ impl<'a> Playback<'a> {
         Ok(self)
     }
 
-    /// What was sculpted, without the rest.
+    /// The sculpted corrections alone.
     pub(crate) fn into_corrections(self) -> Vec<Correction> {
         self.corrections.to_vec()
     }
 
-    /// What was sculpted, each with the farthest that it moved a vertex in each of the frames that were played last, in mesh units.
+    /// The sculpted corrections. Each has the largest distance that it moved a vertex in each frame of the
+    /// last play, in mesh units.
     pub fn corrections(&self) -> impl Iterator<Item = (&Correction, &[f64])> {
         self.corrections.iter().zip(self.corrected.iter().map(Vec::as_slice))
     }
@@ -137,7 +145,7 @@ impl<'a> Playback<'a> {
         self.evaluator.device()
     }
 
-    /// V normals of the rest mesh: those of the large scale where no handle moves.
+    /// V normals of the rest mesh: those of the large scale with all handles at rest.
     ///
     /// # Errors
     /// [`Error::Device`].
@@ -150,12 +158,14 @@ impl<'a> Playback<'a> {
         Ok(normals.as_chunks().0.to_vec())
     }
 
-    /// Evaluates frames × H handle positions, a batch ahead, and hands each frame's positions and normals (empty where
-    /// they are not wanted) to `each`. Triangles that what was learned turns over are turned back.
+    /// Evaluates frames × H handle positions and hands each frame's positions and normals to `each`.
+    ///
+    /// Evaluation runs one batch ahead. The normals are empty where they are not wanted. Triangles that the
+    /// fine detail turns over are turned back.
     ///
     /// # Errors
-    /// [`Error::Device`], [`Error::Cancelled`], and as `each`; [`Error::Input`] if the shell is wanted of a rig that has more in its
-    /// large scale: [`Rig::shell`] takes that out.
+    /// [`Error::Device`], [`Error::Cancelled`], and the errors of `each`. [`Error::Input`] if the shell is
+    /// wanted and the rig has a linear band in its large scale: [`Rig::shell`] takes it out.
     pub fn evaluate(
         &mut self,
         handles: &[f32],
@@ -174,7 +184,7 @@ impl<'a> Playback<'a> {
         })
     }
 
-    /// Takes all frames of a context through their stages, and hands each to `each`.
+    /// Runs all frames of a context through their stages, and hands each frame to `each`.
     fn run(
         &mut self,
         context: &Context<'_>,
@@ -209,11 +219,15 @@ impl<'a> Playback<'a> {
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Plays the selection's inner frames in order. Of the recipe that is what is done to the frames of a rig and a selection: stage, channels,
-    /// fading, head, refinement, groups of wrinkles. What is done to the rig and the take before is [`crate::Performance`]'s.
+    /// Plays the selection's inner frames in order.
+    ///
+    /// This method applies the parts of the recipe that change frames: stage, channels, fading, head,
+    /// refinement and wrinkle groups. The parts that change the rig and the take before are applied by
+    /// [`crate::Performance`].
     ///
     /// # Errors
-    /// [`Error::Input`] if the take lacks handles, or the rig does not know what a channel says; as [`Playback::evaluate`].
+    /// [`Error::Input`] if the take lacks handles, or if the rig has no data for a channel. Otherwise as
+    /// [`Playback::evaluate`].
     pub fn play(
         &mut self,
         selection: &Selection,
@@ -262,7 +276,7 @@ impl<'a> Playback<'a> {
         let mut sources = ChannelSources::new(rig, recipe, &handles)?;
         let mut velocities = recipe.has(ChannelKind::Velocities).then(|| Velocities::new(selection.rate));
         let mut passed = 0;
-        // Frames around the inner ones only serve the velocities.
+        // Frames around the inner ones are only needed for velocities.
         let mut pass_on = |positions: &[[f32; 3]], normals: &[[f32; 3]], velocities: &[[f32; 3]]| {
             let number = passed;
             passed += 1;
@@ -270,7 +284,7 @@ impl<'a> Playback<'a> {
                 return Ok(());
             }
             let pose = context.pose(context.edited, number);
-            each(&sources.frame(&Given { number, pose, positions, normals, velocities }))
+            each(&sources.frame(&EvaluatedFrame { number, pose, positions, normals, velocities }))
         };
         self.run(&context, &effects, progress, |frame| match &mut velocities {
             None => pass_on(frame.positions, frame.normals, &[]),
@@ -298,8 +312,8 @@ mod tests {
 
     const FRAMES: usize = 23;
 
-    /// Exports the demo's performance from a device, which fails where its name says so, in batches of `batch`
-    /// frames; the file's frame `refused` is left without normals.
+    /// Exports the demo's performance from a device, in batches of `batch` frames. The device fails where its
+    /// name says so. The file's frame `refused` is left without normals.
     fn export(path: &Path, device: &str, batch: usize, refused: Option<usize>) -> Result<Vec<u8>> {
         let face = rhytid_demo::face(1_000);
         let rig = solve(&face, &NoProgress)?.rounded()?;
@@ -307,8 +321,8 @@ mod tests {
         let evaluator = Evaluator::new(&rig, options, &[info(device)], &Device::open::<Flaky>)?;
         let mut playback = Playback::with(&rig, evaluator, batch);
         let selection = Selection::new(rhytid_demo::performance(&face), 0..FRAMES, None, false)?;
-        // All that any format has a place for.
-        let format = Format::of(path)?;
+        // All channels that the format can hold.
+        let format = Format::from_extension(path)?;
         let kinds = ChannelKind::ALL.into_iter().filter(|kind| format.carries(*kind));
         let recipe =
             Recipe { channels: kinds.fold(ChannelChoice::NONE, ChannelChoice::with), ..Recipe::default() };
@@ -322,7 +336,7 @@ mod tests {
             rest_normals: Some(&rest_normals),
             channels: &channels,
             frames: FRAMES,
-            ..Scene::of(&rig, &corners, &stated)
+            ..Scene::new(&rig, &corners, &stated)
         };
         let mut exporter = animation::create(path, &scene, &export::Options::default())?;
         let mut frame = 0;
@@ -351,8 +365,11 @@ mod tests {
         }
     }
 
-    /// A device that fails in its first, a middle and its last batch (the first of all is that of the rest pose), frames
-    /// that the exporter refuses, and both: what would have been told without overlap is told, and nothing is left.
+    /// A fault of the device, of the exporter or of both ends the export with the right error, and no file
+    /// remains.
+    ///
+    /// The device fails in its first, a middle or its last batch; batch 0 is the rest pose. The exporter
+    /// refuses a frame. The error is the same as without overlap.
     #[test]
     fn faults_on_either_side_end_both() {
         let folder = tempfile::tempdir().unwrap();
@@ -365,9 +382,10 @@ mod tests {
                 ("sound", Some(0), "frame 0 (from 0) has no normals"),
                 ("sound", Some(11), "frame 11 (from 0) has no normals"),
                 ("sound", Some(FRAMES - 1), "frame 22 (from 0) has no normals"),
-                // Velocities need the frame after, so that frame 10 is the last one written before batch 5, of frame 12.
+                // Velocities need the frame after. So frame 10 is the last one that is written before batch
+                // 5, which begins with frame 12.
                 ("evaluate:5", Some(10), "frame 10 (from 0) has no normals"),
-                // glTF has none.
+                // glTF has no velocities.
                 (
                     "evaluate:5",
                     Some(11),

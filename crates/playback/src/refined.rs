@@ -4,7 +4,7 @@ use rhytid_core::{Progress, Result, Rig};
 use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_solve::Refine;
 
-/// A rig's [`Refine`], and a frame as it computes it.
+/// A rig's [`Refine`], and the buffer of the frame that it computes.
 pub(crate) struct Refined<'a> {
     rig: &'a Rig,
     refine: Refine,
@@ -23,7 +23,9 @@ impl<'a> Refined<'a> {
         Ok(Self { rig, refine: Refine::new(&rig.widened(), progress)?, vertex_triangles, exact: Vec::new() })
     }
 
-    /// Refines a frame's V positions, and makes its normals anew (empty where they are not wanted), from the positions of its H handles.
+    /// Refines a frame's V positions from the positions of its H handles, and computes its normals again.
+    ///
+    /// `normals` is empty where no normals are wanted.
     pub(crate) fn frame(
         &mut self,
         handles: &[[f32; 3]],

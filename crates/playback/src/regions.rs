@@ -1,9 +1,9 @@
-//! Regions of a face by the names of its handles, and folds that are stronger or weaker there.
+//! Regions of a face by the names of its handles, and gains of the folds in them.
 
 use crate::fade::of_vertices;
 use rhytid_core::{Error, InputErrorKind, Result, Rig};
 
-/// Words in a label, and the region that they stand for; the first that is found counts.
+/// Regions, each with the words in a label that stand for it. The first region that matches counts.
 const WORDS: [(&str, &[&str]); 10] = [
     ("brows", &["brow", "corrugator"]),
     ("lids", &["lid", "eye", "canthus", "orbit"]),
@@ -17,7 +17,7 @@ const WORDS: [(&str, &[&str]); 10] = [
     ("neck", &["neck", "throat"]),
 ];
 
-/// The 68 landmarks of Multi-PIE and iBUG by their numbers, which labels as `mp36` carry.
+/// The 68 landmarks of Multi-PIE and iBUG by their numbers, which labels such as `mp36` contain.
 const LANDMARKS: [(&str, std::ops::Range<u32>); 5] =
     [("jaw", 0..17), ("brows", 17..27), ("nose", 27..36), ("lids", 36..48), ("lips", 48..68)];
 
@@ -30,11 +30,14 @@ pub fn region_of(label: &str) -> Option<&'static str> {
     by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
 }
 
-/// The rig with its folds multiplied by `gains`, each a handle or a region and a ratio; a handle's own counts before its region's. A vertex has the mean of those of
-/// the handles that drive its folds.
+/// The rig with its folds multiplied by `gains`, each of a handle or a region.
+///
+/// A gain is a ratio. The gain of a handle counts before that of its region. The gain of a vertex is the mean
+/// of those of the handles that drive its folds.
 ///
 /// # Errors
-/// [`Error::Input`] if a name is neither a handle's nor that of a region which some handle is in, or as [`Rig::scale_folds`].
+/// [`Error::Input`] if a name is neither that of a handle nor that of a region with a handle in it. Otherwise
+/// the errors of [`Rig::scale_folds`].
 pub fn scale_folds(rig: Rig, gains: &[(String, f64)]) -> Result<Rig> {
     let gains = handle_gains(&rig.handles().labels, gains)?;
     let beyond: Vec<f64> = gains.iter().map(|gain| gain - 1.0).collect();
@@ -42,7 +45,7 @@ pub fn scale_folds(rig: Rig, gains: &[(String, f64)]) -> Result<Rig> {
     rig.scale_folds(|v| 1.0 + f64::from(beyond[v]))
 }
 
-/// Whether each name of `gains` is that of a handle, or of a region which some handle is in.
+/// Checks that each name of `gains` is that of a handle, or of a region with a handle in it.
 ///
 /// # Errors
 /// As [`scale_folds`].
@@ -50,7 +53,7 @@ pub fn check_gains(labels: &[String], gains: &[(String, f64)]) -> Result<()> {
     handle_gains(labels, gains).map(|_| ())
 }
 
-/// For each handle by how much folds are multiplied there: 1, or what `gains` say of the handle, else of its region.
+/// The gain of each handle: the handle's own in `gains`, else its region's, else 1.
 fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f64>> {
     for (name, _) in gains {
         if !labels.iter().any(|label| label == name || region_of(label) == Some(name)) {

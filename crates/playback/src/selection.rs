@@ -5,10 +5,10 @@ use rhytid_core::{Error, Result, RigidMotion, Take, human};
 use std::ops::Range;
 use std::str::FromStr;
 
-/// A step may differ from the take's own by this part of it before the take is resampled.
+/// A step may differ from the take's usual step by this part of it. Above it, the take is resampled.
 const STEP_TOLERANCE: f64 = 0.01;
 
-/// Frames of a take as people type them, `A..B`, `A..` or `..B`: A is part of it, B is not.
+/// A range of frames as people type it: `A..B`, `A..` or `..B`. A is part of the range, B is not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FrameRange {
     /// A, counted from 0; `None` is the first frame.
@@ -18,10 +18,10 @@ pub struct FrameRange {
 }
 
 impl FrameRange {
-    /// The range with both ends.
+    /// The range, with the ends that were left out filled in.
     ///
     /// # Errors
-    /// [`Error::Input`] if it is not within the take's `frames`.
+    /// [`Error::Input`] if the range is not within the take's `frames`.
     pub fn within(self, frames: usize) -> Result<Range<usize>> {
         let start = self.start.unwrap_or(0);
         let end = self.end.unwrap_or(frames);
@@ -61,9 +61,9 @@ impl FromStr for FrameRange {
 /// Evenly spaced frames, ready to be animated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Selection {
-    /// The frames that were asked for, and where that is wanted up to one more at each end.
+    /// The selected frames, and up to one more at each end if neighbours are wanted.
     pub take: EditedTake,
-    /// Those of `take` that were asked for.
+    /// The selected frames within `take`.
     pub inner: Range<usize>,
     /// Frames per second.
     pub rate: f64,
@@ -72,11 +72,13 @@ pub struct Selection {
 }
 
 impl Selection {
-    /// The frames `range` of `take`, which [`FrameRange::within`] has checked, resampled if `fps` says so or if their times are uneven.
-    /// With `neighbours` also the frames before and after them, as far as the take has any at that rate.
+    /// Selects the frames `range` of `take`, which [`FrameRange::within`] has checked.
     ///
-    /// Resampling keeps the clock: the whole take is resampled from its start, then the frames within the range's
-    /// time are kept, so that frame numbers at the new rate are whole and stay in step with sound.
+    /// The take is resampled if `fps` says so or if its times are uneven. With `neighbours`, the frames
+    /// before and after the range are included, if the take has them at that rate.
+    ///
+    /// Resampling keeps the clock. The whole take is resampled from its start, and then the frames within the
+    /// range's time are kept. So frame numbers at the new rate are whole and stay in step with sound.
     ///
     /// # Errors
     /// [`Error::Input`] if the range holds no frame at the new rate.
@@ -101,7 +103,7 @@ impl Selection {
         }
         let rate = fps.unwrap_or(own_rate);
         if uneven.is_none() && rate == own_rate {
-            // After a gap, a frame's number is not its row's.
+            // After a gap in the take, a frame's number differs from its row.
             let first = match uneven_step(take, own_rate) {
                 None => range.start,
                 Some(_) => ((take.times[range.start] - take.times[0]) * rate).round() as usize,
@@ -119,7 +121,7 @@ impl Selection {
                 first,
             });
         }
-        // Files have rounded times: ties are meant where they are this close.
+        // Files have rounded times, so times this close count as equal.
         let slack = STEP_TOLERANCE / rate;
         let from = take.times[range.start] - slack;
         let until = take.times.get(range.end).map_or(f64::INFINITY, |time| time - slack);
@@ -151,13 +153,13 @@ impl Selection {
         Self::new(take, 0..frames, None, false)
     }
 
-    /// The head pose in each inner frame, where the take has it.
+    /// The head pose in each inner frame, if the take has head poses.
     pub fn head(&self) -> Option<&[RigidMotion]> {
         self.take.take.head.as_ref().map(|head| &head[self.inner.clone()])
     }
 }
 
-/// The first frame whose step is not 1 / `rate`, and that step.
+/// The first frame whose step is not 1 / `rate`, with that step.
 pub fn uneven_step(take: &Take, rate: f64) -> Option<(usize, f64)> {
     let step = take.times.windows(2).map(|w| w[1] - w[0]);
     step.enumerate()
@@ -169,7 +171,7 @@ pub fn uneven_step(take: &Take, rate: f64) -> Option<(usize, f64)> {
 mod tests {
     use super::*;
 
-    /// One marker that moves 1 unit along x a second.
+    /// One marker that moves along x by 1 unit per second.
     fn take(times: &[f64]) -> Take {
         let positions = times.iter().map(|&t| [t, 0.0, 0.0]).collect();
         Take { labels: vec!["a".into()], times: times.to_vec(), positions, ..Take::default() }
@@ -179,14 +181,14 @@ mod tests {
         take(&(0..frames).map(|i| i as f64 / rate).collect::<Vec<_>>())
     }
 
-    /// Without neighbours.
+    /// A selection without neighbours.
     fn plain(take: Take, range: Range<usize>, fps: Option<f64>) -> Selection {
         let selection = Selection::new(take, range, fps, false).unwrap();
         assert_eq!(selection.inner, 0..selection.take.frames());
         selection
     }
 
-    /// Whatever is selected, frame number over rate is the time, and x is the time.
+    /// In every selection, frame number / rate is the time, and x is the time.
     fn check_clock(selection: &Selection) {
         for (i, p) in selection.take.take.positions.iter().enumerate() {
             let time = (selection.first as f64 + i as f64 - selection.inner.start as f64) / selection.rate;
@@ -223,7 +225,8 @@ mod tests {
         let s = plain(take(&times), 0..99, None);
         assert_eq!((s.take.frames(), s.rate), (100, 30.0));
         check_clock(&s);
-        // Where the range itself is even, nothing is resampled; its frames are numbered after the gap all the same.
+        // Where the range itself is even, nothing is resampled. Frames after the gap still get their right
+        // numbers.
         let s = plain(take(&times), 41..50, None);
         assert_eq!((s.first, s.take.frames(), s.take.take.times[0]), (42, 9, times[41]));
         check_clock(&s);
@@ -247,7 +250,7 @@ mod tests {
             assert_eq!((s.inner.clone(), s.take.frames()), (inner, frames));
             check_clock(&s);
         }
-        // Across a gap there is no neighbour.
+        // A frame across a gap is no neighbour.
         let times: Vec<f64> = (0..100).filter(|&i| i != 40).map(|i| f64::from(i) / 30.0).collect();
         let s = Selection::new(take(&times), 30..40, None, true).unwrap();
         assert_eq!((s.inner, s.take.frames()), (1..11, 11));

@@ -1,12 +1,12 @@
-//! Shapes: a rig's examples and handles as offsets from its rest pose, for sliders.
+//! Shapes: a rig's examples and handles as offsets from its rest pose, for use as sliders.
 
 use crate::Playback;
 use rhytid_core::{Error, HandleId, Progress, Result, Rig};
 use rhytid_formats::export::{OutputStage, Shape};
 
 impl Playback<'_> {
-    /// What each of the P examples adds to the rest pose: the rig evaluated at the example's own handles. With V `rest_normals`
-    /// also what is added to those.
+    /// The offset of each of the P examples from the rest pose: the rig is evaluated at the example's own
+    /// handles. With V `rest_normals`, shapes also have the offsets of the normals.
     ///
     /// # Errors
     /// As [`Playback::evaluate`].
@@ -34,7 +34,9 @@ impl Playback<'_> {
 }
 
 impl Playback<'_> {
-    /// How large the folds of each of the P examples are: V lengths in mesh units, the detail that the rig adds where it is that example.
+    /// The sizes of the folds of each of the P examples: V lengths in mesh units.
+    ///
+    /// The folds are the detail that the rig adds at that example.
     ///
     /// # Errors
     /// As [`Playback::evaluate`].
@@ -63,8 +65,8 @@ fn difference(moved: &[f32], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
     moved.zip(rest).map(|(moved, rest)| std::array::from_fn(|c| moved[c] - rest[c])).collect()
 }
 
-/// The large scale's columns, 3 H of them: what one handle adds when it moves by one unit along an axis. None has the name of one of
-/// the `examples`.
+/// The 3 H columns of the large scale: the offsets where one handle moves by one unit along an axis. No
+/// column has the name of one of the `examples`.
 pub fn handle_shapes(rig: &Rig, examples: &[Shape]) -> Vec<Shape> {
     let handles = rig.handles().vertices.len();
     let shape = |h: HandleId, axis: usize| {

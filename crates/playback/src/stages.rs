@@ -1,5 +1,7 @@
-//! The stages of a frame, one after the other over one context: [`Evaluate`] on the device, a batch at a time; then [`Stages`] on the host,
-//! which finish a frame where it lies.
+//! The stages of a frame, one after the other over one context.
+//!
+//! [`Evaluate`] evaluates frames on the device, a batch at a time. Then [`Stages`] finishes each frame on the
+//! host, in place.
 //!
 //! evaluate · edits begin · fade · untangle · edits end · correct · refine · bake
 
@@ -16,7 +18,7 @@ use rhytid_core::{Result, RigidMotion, Stage};
 use rhytid_devices::Evaluator;
 use std::ops::Range;
 
-/// What is done to frames beyond evaluating them.
+/// The changes to frames after their evaluation.
 #[derive(Default)]
 pub(crate) struct FrameEffects<'c> {
     pub fade: Option<Fade<'c>>,
@@ -34,26 +36,28 @@ impl FrameEffects<'_> {
     }
 }
 
-/// What the device gave of some frames.
+/// The device's results for some frames.
 #[derive(Default)]
 pub(crate) struct Batch {
     frames: Range<usize>,
-    /// Positions; normals, if they are wanted; the large scale, if any frame may fade all over the face.
+    /// Positions, then normals if they are wanted, then the large scale if any frame may fade all over the
+    /// face.
     results: Vec<Vec<f32>>,
     partial: PartialEvaluation,
 }
 
-/// The first stage: positions, normals and what else the others need, of a batch of frames.
+/// The first stage: it evaluates positions, normals and the other stages' input for a batch of frames.
 pub(crate) struct Evaluate<'e, 'a> {
     pub context: &'e Context<'e>,
     pub effects: &'e FrameEffects<'e>,
     pub evaluator: &'e mut Evaluator<'a>,
-    /// Of the affected region; `None` where that is evaluated as a whole.
+    /// The evaluator of the affected region; `None` where the whole face is evaluated instead.
     pub of_region: Option<Evaluator<'e>>,
 }
 
 impl Evaluate<'_, '_> {
-    /// Whether a batch needs the large scale of the whole face: where nothing fades, it costs what it costs without.
+    /// Whether a batch needs the large scale of the whole face. A batch in which nothing fades does not pay
+    /// for it.
     fn fades_everywhere(&self, frames: &Range<usize>) -> bool {
         let Some(fade) = &self.effects.fade else { return false };
         let is_gained = || frames.clone().any(|frame| fade.is_gained(frame));
@@ -87,7 +91,7 @@ impl Evaluate<'_, '_> {
 }
 
 impl Batch {
-    /// Its frames one after the other, each with what there is of the affected region.
+    /// The batch's frames one after the other, each with its results for the affected region.
     pub(crate) fn frames<'b>(
         &'b mut self,
         context: &'b Context<'_>,
@@ -110,14 +114,15 @@ impl Batch {
     }
 }
 
-/// A frame as the device gave it, without the edits of markers that have a falloff; it is finished in place.
+/// A frame as the device gave it, without the edits of markers that have a falloff. The stages finish it in
+/// place.
 pub(crate) struct FrameBuffers<'b> {
     pub number: usize,
     /// V.
     pub positions: &'b mut [[f32; 3]],
-    /// V; empty where they are not wanted.
+    /// V; empty where normals are not wanted.
     pub normals: &'b mut [[f32; 3]],
-    /// V positions of the large scale, where the frame may fade all over the face.
+    /// V positions of the large scale, if the frame may fade all over the face.
     large_scale: Option<&'b [[f32; 3]]>,
 }
 
@@ -126,29 +131,29 @@ pub(crate) struct Stages<'c> {
     context: &'c Context<'c>,
     effects: &'c FrameEffects<'c>,
     refined: Option<Refined<'c>>,
-    /// The farthest that each correction moved a vertex in each frame so far, in mesh units.
+    /// The largest distance that each correction moved a vertex in each frame so far, in mesh units.
     pub corrected: Vec<Vec<f64>>,
-    /// The triangles at what follows edits of markers, as [`Untangle::at`] gives them.
+    /// The triangles at vertices that follow edits of markers, as [`Untangle::at`] gives them.
     edited_triangles: Vec<u32>,
-    /// V: whose normals change where edits of markers do something.
+    /// V: whether edits of markers change the vertex's normal.
     is_beside: Vec<bool>,
-    /// V positions of the large scale, of which those count that edits affect.
+    /// V positions of the large scale. Only those that edits affect are set.
     large_scale: Vec<[f32; 3]>,
-    /// The frame with the edits of markers, where it has any.
+    /// The frame with the edits of markers, if it has any.
     with_edits: WithEdits,
 }
 
-/// A frame with the edits of markers, from where edits begin to where they end.
+/// A frame with the edits of markers, between the stages “edits begin” and “edits end”.
 #[derive(Default)]
 struct WithEdits {
     is_there: bool,
-    /// V positions, and of their large scale.
+    /// V positions. `large_scale` has those of their large scale.
     positions: Vec<[f32; 3]>,
     large_scale: Vec<[f32; 3]>,
 }
 
 impl<'c> Stages<'c> {
-    /// With what refines frames, if they are to be.
+    /// The stages, with the refinement if frames are refined.
     pub(crate) fn new(
         context: &'c Context<'c>,
         effects: &'c FrameEffects<'c>,
@@ -171,7 +176,7 @@ impl<'c> Stages<'c> {
         }
     }
 
-    /// Finishes a frame. What nothing is done to keeps every bit.
+    /// Finishes a frame. Vertices that no stage changes keep every bit.
     pub(crate) fn frame(&mut self, frame: &mut FrameBuffers<'_>, partial: Option<PartialFrame<'_>>) {
         let large_scale = self.large_scale_of(frame, partial);
         self.edits_begin(frame, large_scale, partial);
@@ -183,7 +188,7 @@ impl<'c> Stages<'c> {
         self.bake(frame);
     }
 
-    /// V positions of the large scale, which count where something fades; empty where nothing does.
+    /// V positions of the large scale; empty where nothing fades.
     fn large_scale_of<'b>(
         &mut self,
         frame: &FrameBuffers<'b>,
@@ -202,7 +207,8 @@ impl<'c> Stages<'c> {
         }
     }
 
-    /// Makes the frame with the edits of markers, as a whole, since what is turned back goes by all that is around it.
+    /// Makes the whole frame with the edits of markers. It is whole because turning a triangle back depends
+    /// on all triangles around it.
     fn edits_begin(
         &mut self,
         frame: &FrameBuffers<'_>,
@@ -213,7 +219,7 @@ impl<'c> Stages<'c> {
         self.with_edits.is_there = false;
         let (Some(falloff), Some([positions, smooth])) = (self.effects.falloff(), edited) else { return };
         let vertices = self.effects.region.as_ref().map_or(&[][..], AffectedRegion::vertices);
-        let large_scale = large_scale.of(&self.large_scale);
+        let large_scale = large_scale.resolve(&self.large_scale);
         let blend = |into: &mut Vec<[f32; 3]>, without: &[[f32; 3]], with: &[[f32; 3]]| {
             into.clear();
             into.extend_from_slice(without);
@@ -235,10 +241,10 @@ impl<'c> Stages<'c> {
         if *is_there {
             fade.frame(frame.number, smooth, positions, &mut []);
         }
-        fade.frame(frame.number, large_scale.of(&self.large_scale), frame.positions, frame.normals);
+        fade.frame(frame.number, large_scale.resolve(&self.large_scale), frame.positions, frame.normals);
     }
 
-    /// Turns back triangles that what was learned turns over.
+    /// Turns back triangles that the fine detail turns over.
     fn untangle(&mut self, frame: &mut FrameBuffers<'_>) {
         let Some(untangle) = self.effects.untangle else { return };
         let context = self.context;
@@ -252,7 +258,7 @@ impl<'c> Stages<'c> {
         }
     }
 
-    /// Puts what follows the edits of markers into the frame.
+    /// Copies the vertices that follow the edits of markers into the frame.
     fn edits_end(&mut self, frame: &mut FrameBuffers<'_>) {
         let (Some(falloff), true) = (self.effects.falloff(), self.with_edits.is_there) else { return };
         falloff.followers().for_each(|v| frame.positions[v as usize] = self.with_edits.positions[v as usize]);
@@ -260,7 +266,7 @@ impl<'c> Stages<'c> {
         local_normals::update_where(&self.is_beside, rig, triangles, frame.positions, frame.normals);
     }
 
-    /// Adds what was sculpted.
+    /// Adds the sculpted corrections.
     fn correct(&mut self, frame: &mut FrameBuffers<'_>) {
         let Context { rig, triangles, times, edited, .. } = self.context;
         for (correction, moved) in self.effects.corrections.iter().zip(&mut self.corrected) {
@@ -296,7 +302,7 @@ enum LargeScale<'b> {
 }
 
 impl<'b> LargeScale<'b> {
-    fn of(self, of_region: &'b [[f32; 3]]) -> &'b [[f32; 3]] {
+    fn resolve(self, of_region: &'b [[f32; 3]]) -> &'b [[f32; 3]] {
         match self {
             Self::Whole(all) => all,
             Self::OfRegion => of_region,

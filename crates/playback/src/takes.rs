@@ -1,4 +1,5 @@
-//! Takes for a rig: the take's own CSV as it is, what capture systems write through the whole clean-up.
+//! Takes for a rig. Rhytid's own CSV is read as it is, and files of capture systems go through the whole
+//! clean-up.
 
 use rhytid_capture::{self as capture, Cleaned, Match, Settings, Target, clean, match_by_position};
 use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning};
@@ -11,14 +12,14 @@ use std::path::Path;
 pub struct CleanUp {
     /// Frames per second, in place of what the file says.
     pub rate: Option<f64>,
-    /// Whether a take's CSV is in the world's space all the same, so that the head's motion is to be taken out.
+    /// Whether a take's CSV is in world space in spite of its format, so that the head's motion is removed.
     pub world: bool,
-    /// The steps, and what is known of the actor and the session.
+    /// The steps, and settings for the actor and the session.
     pub settings: Settings,
 }
 
-/// The take in a file, with all of the rig's handles in every frame. `clean_up` is for raw takes, which are cleaned; `missing` is
-/// for the take's own CSV.
+/// The take in a file, with all of the rig's handles in every frame. `clean_up` is for raw takes. `missing`
+/// is for Rhytid's own CSV.
 ///
 /// # Errors
 /// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps.
@@ -43,8 +44,10 @@ pub fn read_take(
     Ok(take)
 }
 
-/// The take in any file that can be read, cleaned, and the report of that. What is to be looked at is warned of. Where fewer than half of the handles
-/// have a marker of their name, markers are matched by position; the second result says how, and is empty otherwise.
+/// The take in any readable file, cleaned, with the report of the clean-up.
+///
+/// Warnings go to `progress`. If fewer than half of the handles have a marker of their name, markers are
+/// matched by position. The second result has these matches, and is empty otherwise.
 ///
 /// # Errors
 /// As reading, and as [`clean`].
@@ -67,21 +70,21 @@ pub fn read_raw_take(
     let mut matches = Vec::new();
     if 2 * named < rig.handles().labels.len() && raw.tracks.frames() > 0 {
         matches = match match_by_position(rig, &raw, &settings.markers) {
-            // Without a match the clean-up says which names there are.
+            // Without a match, the clean-up's error names the markers that there are.
             Err(Error::Input(_)) => Vec::new(),
             matches => matches?,
         };
         let found = matches.iter().filter_map(|m| Some((m.handle.clone(), m.marker.clone()?)));
         settings.markers.extend(found);
     }
-    let mut cleaned = clean(raw, &Target::of(rig), &settings, progress).map_err(in_file)?;
+    let mut cleaned = clean(raw, &Target::from_rig(rig), &settings, progress).map_err(in_file)?;
     cleaned.report.warnings.extend(by_position(&matches, named));
     let shown = cleaned.report.warnings.iter().map(|warning| warning.clone().in_file(path.display()));
     shown.for_each(|warning| progress.warn(&warning));
     Ok((cleaned, matches))
 }
 
-/// What a person should know of markers that were matched by position.
+/// A warning about markers that were matched by position.
 fn by_position(matches: &[Match], named: usize) -> Option<Warning> {
     let found = || matches.iter().filter(|m| m.marker.is_some());
     let least = found().min_by(|a, b| a.sure.total_cmp(&b.sure))?;

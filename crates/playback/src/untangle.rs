@@ -1,4 +1,5 @@
-//! Triangles that what was learned turns over where the shell does not, turned back (`docs/method.md`, what is turned over).
+//! Turns triangles back that the fine detail turns over and the shell does not (`docs/method.md` on triangles
+//! that are turned over).
 
 use crate::local_normals;
 use rayon::prelude::*;
@@ -8,41 +9,48 @@ use rhytid_kernels::{Real, vec3};
 use std::collections::HashMap;
 use std::sync::Arc;
 
-/// What is at least left of a triangle: its area as it is seen from where it looks at rest, of that at rest.
+/// The least part of a triangle that is left: its area seen along its rest normal, relative to its area at
+/// rest.
 const LEAST: f64 = 0.02;
 
-/// What is left of a triangle may be so much less than its bound.
+/// The part that is left of a triangle may be below its bound by this much.
 const TOLERANCE: f64 = 0.002;
 
-/// A bound falls below [`LEAST`] so many times as far as the shell does: what the shell turns over by more than a little has none, and
-/// there is no step between the two.
+/// Where the shell is below [`LEAST`], the bound is below it by this multiple of the shell's distance. So
+/// there is no step, and a triangle that the shell turns over by more than a little has no effective bound.
 const STEEPNESS: f64 = 10.0;
 
-/// A frame is an example's own at a triangle up to so much of the example's squared distance from rest. The takes of the tests come no nearer
-/// than 0.2 where something is turned over.
+/// A frame counts as an example at a triangle within this part of the example's squared distance from rest.
+/// In the tests' takes, no frame with a turned triangle is nearer than 0.2.
 const OWN: f64 = 0.04;
 
-/// Rounds after which what is still turned over stays so. Frames of the tests take 3 at the median, and 267 at most.
+/// The most rounds. Triangles that are still turned over after them stay so. Frames of the tests take 3
+/// rounds at the median, and 267 at most.
 const ROUNDS: usize = 300;
 
-/// Triangles that are looked through at once.
+/// The number of triangles in a block that is tested at once.
 const BLOCK: usize = 2048;
 
-/// Moves the vertices of triangles that are turned over, by as little as turns them back.
+/// Turns triangles back with the least movement of their vertices.
 ///
-/// What is left of a triangle with the corners a, b, c is `q = ((b − a) × (c − a)) · n / n·n` with the n of the same at rest: 1 at rest, below 0
-/// where the triangle looks the other way. Of a rig of the learned method each triangle's q is at least [`LEAST`], unless the shell's own is below
-/// that, or the frame is at that place an example, which has its own shape. One triangle after the other that is below its
-/// bound takes the shortest step to it, in which its corners share by their derivatives, and handles and vertices without a row of the basis (parts
-/// that stay or are rigid) do not move; again and again, until none is. The steps begin at 0 where a triangle comes to its bound, so that a take's
-/// frames go on as smoothly as they did.
+/// The part that is left of a triangle with the corners a, b, c is `q = ((b − a) × (c − a)) · n / n·n`. Here
+/// n is the same cross product at rest. q is 1 at rest, and below 0 where the triangle looks the other way.
+///
+/// In a rig of the learned method each triangle's q is at least [`LEAST`], with two exceptions. The bound is
+/// lower where the shell's own q is below it. There is no bound where the frame is an example at that place,
+/// which keeps its own shape.
+///
+/// A triangle below its bound takes the shortest step to the bound. Its corners share the step in proportion
+/// to their derivatives. Handles do not move, nor do vertices without a row of the basis, which stay or are
+/// rigid. Triangles take steps one after the other, in rounds, until none is below its bound. A step grows
+/// from 0 as a triangle crosses its bound, so a take's frames stay as smooth as they were.
 pub(crate) struct Untangle<'a> {
     rig: &'a Rig,
     learned: &'a Learned,
     vertex_triangles: Arc<VertexTriangles>,
-    /// Those that can be turned over and back: with an area at rest, and a corner that may move.
+    /// The triangles that can be turned over and back. They have an area at rest, and a corner that may move.
     triangles: Vec<Triangle>,
-    /// V: which may move.
+    /// V: whether the vertex may move.
     is_free: Vec<bool>,
     /// D_pe, (F + H)×P.
     example_vectors: Table<[f32; 3]>,
@@ -58,7 +66,7 @@ struct Triangle {
 }
 
 impl<'a> Untangle<'a> {
-    /// `None` where nothing was learned.
+    /// `None` for a rig without learned detail.
     pub(crate) fn new(rig: &'a Rig, vertex_triangles: Arc<VertexTriangles>) -> Option<Self> {
         let learned = rig.learned().filter(|_| !rig.examples().names.is_empty())?;
         let mut is_free: Vec<bool> = rig.basis().rows().map(|row| row.iter().any(|b| *b != 0.0)).collect();
@@ -85,13 +93,16 @@ impl<'a> Untangle<'a> {
         })
     }
 
-    /// Moves a frame's V positions, and turns its normals (empty where they are not wanted), so that no triangle is turned over, from the positions of
-    /// its H handles. Away from one that is, every bit stays.
+    /// Moves a frame's V positions so that no triangle is turned over, and updates its normals.
+    ///
+    /// `handles` are the frame's H positions. `normals` is empty where no normals are wanted. Away from
+    /// turned triangles every bit stays.
     pub(crate) fn frame(&self, handles: &[[f32; 3]], positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
         self.turn(self.turned(positions), handles, positions, normals);
     }
 
-    /// The same of these triangles alone, as [`Untangle::at`] gives them, and of those that turn over on the way.
+    /// Does the same as [`Untangle::frame`], but begins with the turned triangles among `triangles`, which
+    /// [`Untangle::at`] gives. Triangles that turn over on the way are included.
     pub(crate) fn frame_at(
         &self,
         triangles: &[u32],
@@ -119,10 +130,11 @@ impl<'a> Untangle<'a> {
         local_normals::update(self.rig, &self.vertex_triangles, moved.keys().copied(), positions, normals);
     }
 
-    /// The triangles of which less than [`LEAST`] is left, as indices into [`Untangle::triangles`], ascending.
+    /// The triangles of which less than [`LEAST`] is left, as indices into [`Untangle::triangles`],
+    /// ascending.
     fn turned(&self, positions: &[[f32; 3]]) -> Vec<u32> {
         let is_turned = |triangle: &Triangle| is_turned(triangle, positions);
-        // Most blocks have none, and a block is looked through without an exit.
+        // Most blocks have no turned triangle, and a block is tested without an early exit.
         let in_block = |(block, triangles): (usize, &[Triangle])| {
             let turned = triangles.iter().fold(false, |any, triangle| any | is_turned(triangle));
             let numbered = (block * BLOCK..).zip(if turned { triangles } else { &[] });
@@ -131,7 +143,9 @@ impl<'a> Untangle<'a> {
         self.triangles.par_chunks(BLOCK).enumerate().flat_map_iter(in_block).collect()
     }
 
-    /// Where the vertices are that have to move, so that the triangles `open`, which are some of those that are turned over, are not.
+    /// The new positions of the vertices that have to move.
+    ///
+    /// `open` are some of the triangles that are turned over, which are turned back.
     fn turn_back(
         &self,
         handles: &[[f32; 3]],
@@ -158,7 +172,7 @@ impl<'a> Untangle<'a> {
                 if left >= bound - TOLERANCE {
                     continue;
                 }
-                // The derivative of what is left by each corner.
+                // The derivative of the part that is left, by each corner.
                 let opposite = [1, 2, 0].map(|i| vec3::sub(at[(i + 1) % 3], at[i]));
                 let slopes = opposite.map(|edge| vec3::cross(rest, edge));
                 let free = || (0..3).filter(|&i| self.is_free[corners[i] as usize]);
@@ -180,7 +194,7 @@ impl<'a> Untangle<'a> {
         moved
     }
 
-    /// The triangles at any of these vertices that can be turned over and back, as indices of them, ascending.
+    /// The triangles at any of these vertices, as indices into [`Untangle::triangles`], ascending.
     pub(crate) fn at(&self, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
         let triangles = vertices.flat_map(|v| self.vertex_triangles.at(v as usize));
         let at = |index: &u32| self.triangles.binary_search_by_key(index, |triangle| triangle.index).ok();
@@ -191,13 +205,13 @@ impl<'a> Untangle<'a> {
     }
 }
 
-/// What bounds are made of: the handles of a frame.
+/// The handles of a frame, from which bounds are computed.
 struct Frame<'a> {
     rig: &'a Rig,
     learned: &'a Learned,
-    /// u, 1×H in mesh units; where the handles turn, what the kernel `large_scale` reads, 4×H.
+    /// u, 1×H in mesh units. Where the handles turn, the input of the kernel `large_scale`, 4×H.
     motions: Table<[f64; 3]>,
-    /// The vertex that they turn about.
+    /// The vertex that the handles turn about.
     center: Option<VertexId>,
     /// D, F + H.
     vectors: Vec<[f64; 3]>,
@@ -235,7 +249,7 @@ impl<'a> Frame<'a> {
         Self { rig, learned, motions, center, squares: Table::new(features, examples, squares), vectors }
     }
 
-    /// How much of a triangle is to be left, of which so much is: `before`.
+    /// The bound of a triangle of which the part `before` is left.
     fn bound(&self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
         let of_shell = vec3::dot(normal(corners.map(|v| self.shell(v as usize))), rest);
         let bound = LEAST - STEEPNESS * (LEAST - of_shell).max(0.0);
@@ -247,7 +261,7 @@ impl<'a> Frame<'a> {
         before + nearest * nearest * (3.0 - 2.0 * nearest) * (bound - before)
     }
 
-    /// Where the shell has a vertex, in mesh units.
+    /// The position of a vertex in the shell, in mesh units.
     fn shell(&self, v: usize) -> [f64; 3] {
         let rest = self.rig.surface().rest[v].map(f64::from);
         let row = self.rig.basis().row(v);
@@ -259,13 +273,15 @@ impl<'a> Frame<'a> {
         for (scale, of_handles) in scales.zip(self.motions.rows()) {
             row.iter().zip(of_handles).for_each(|(b, u)| add(scale * f64::from(*b), u));
         }
-        // The basis has ΔB in it.
+        // The basis contains ΔB, which is subtracted here.
         let gains = self.learned.feature_gains.row(v);
         self.rig.listens_to(v).zip(gains).for_each(|((e, _), g)| add(-f64::from(*g), &self.vectors[e]));
         x
     }
 
-    /// The least squared distance from an example, of that example's from rest, of what a vertex listens to.
+    /// The squared distance to the nearest example, relative to that example's from rest.
+    ///
+    /// Distances are of the features that influence the vertex.
     fn nearest(&self, v: usize) -> f64 {
         let examples = self.rig.examples().names.len();
         let of_example = |p: usize| {
@@ -283,7 +299,8 @@ impl<'a> Frame<'a> {
 
 #[inline(always)]
 fn is_turned(triangle: &Triangle, positions: &[[f32; 3]]) -> bool {
-    // Written out: `map` is called for each triangle where it is not inlined, which takes twice as long.
+    // Written without `map`: where `map` is not inlined, it is called for each triangle, which takes twice as
+    // long.
     let [a, b, c] = triangle.corners;
     let n = normal([positions[a as usize], positions[b as usize], positions[c as usize]]);
     vec3::dot(n, triangle.rest_normal) < LEAST as f32
@@ -318,7 +335,7 @@ mod tests {
         rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]).collect()
     }
 
-    /// What is left of every triangle.
+    /// The part that is left of every triangle.
     fn left(rig: &Rig, positions: &[[f32; 3]]) -> Vec<f64> {
         let of =
             |positions: &[[f32; 3]], t: &[u32; 3]| normal(t.map(|v| positions[v as usize].map(f64::from)));
@@ -333,7 +350,7 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| vec3::length(vec3::sub(*a, *b))).fold(0.0, f32::max)
     }
 
-    /// The rest pose with one vertex moved towards a neighbour, by so many times the way there.
+    /// The rest pose with one vertex moved towards a neighbour, by this multiple of their distance.
     fn tangled(rig: &Rig, v: u32, times: f32) -> Vec<[f32; 3]> {
         let t = rig.surface().triangles.iter().find(|t| t.contains(&v)).unwrap();
         let neighbour = *t.iter().find(|w| **w != v).unwrap();
@@ -343,7 +360,7 @@ mod tests {
         positions
     }
 
-    /// The vertices that may move, as may all around them.
+    /// The vertices that may move, and whose neighbours all may move.
     fn amid_free_ones(untangle: &Untangle<'_>) -> Vec<u32> {
         let around = |v: usize| {
             untangle.vertex_triangles.at(v).iter().flat_map(|&t| untangle.rig.surface().triangles[t as usize])
@@ -387,7 +404,7 @@ mod tests {
                         || turned == 0 && step < 10;
                     assert!(!stays || after == before, "vertex {v}, step {step}: {w}");
                 }
-                // It goes on as smoothly as what comes in.
+                // The output changes as smoothly as the input.
                 if let Some(last) = last {
                     let came = apart(&before, &tangled(&rig, v, 0.05 * (step - 1) as f32));
                     assert!(
@@ -407,7 +424,7 @@ mod tests {
         let rig = rig(None);
         let untangle = untangle(&rig);
         let rest = handles_at_rest(&rig);
-        // Where the example moves most.
+        // The vertex that the example moves most.
         let example = evaluate(&rig, rig.examples().handles.row(0)).positions;
         let moved = |v: &u32| vec3::length(vec3::sub(example[*v as usize], rig.surface().rest[*v as usize]));
         let v = amid_free_ones(&untangle).into_iter().max_by(|a, b| moved(a).total_cmp(&moved(b))).unwrap();
@@ -425,7 +442,8 @@ mod tests {
         assert!(parts[0] < 0.5 * parts[4], "{parts:?}");
     }
 
-    /// What the shell turns over is let be, and it is known where the shell is, whatever of the linear band is in the basis.
+    /// Triangles that the shell turns over stay so. The shell's positions are right with any linear band in
+    /// the basis.
     #[test]
     fn the_shell_is_what_it_is_by_itself() {
         for share in [None, Some(0.2)] {
@@ -433,7 +451,7 @@ mod tests {
             let untangle = untangle(&rig);
             let mut handles: Vec<[f32; 3]> =
                 rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
-            // Two handles change their places.
+            // Two handles swap their places.
             let [a, b] = rig.handles().strain_edges[0].map(rhytid_core::HandleId::index);
             handles.swap(a, b);
             let shell = evaluate(&rig.clone().shell().unwrap(), &handles).positions;

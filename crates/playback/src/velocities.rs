@@ -1,7 +1,9 @@
-//! Velocities from positions: what renderers blur motion by.
+//! Velocities from positions, for motion blur in renderers.
 
-/// Gives frames back one frame late, with their velocities: the central difference of the frames before and after, one-sided at the first and
-/// the last.
+/// Returns frames one frame late, with their velocities.
+///
+/// A velocity is the central difference of the frames before and after. It is one-sided at the first and the
+/// last frame.
 pub(crate) struct Velocities {
     /// Frames per second.
     rate: f32,
@@ -23,7 +25,7 @@ impl Velocities {
         Self { rate: rate as f32, before: Vec::new(), current: Moved::default(), seen: 0 }
     }
 
-    /// Takes a frame, and gives the one before it, if there is one.
+    /// Takes a frame, and returns the frame before it, if there is one.
     pub(crate) fn frame(&mut self, positions: &[[f32; 3]], normals: &[[f32; 3]]) -> Option<Moved> {
         let passed_on = (self.seen > 0).then(|| self.moved(positions, false));
         self.before.clone_from(&self.current.positions);
@@ -41,7 +43,8 @@ impl Velocities {
         (self.seen > 0).then(|| self.moved(&last, true))
     }
 
-    /// The current frame, where `next` follows, or where it is the last.
+    /// The current frame with its velocities. `next` is the frame after it, or the current frame itself where
+    /// `is_last`.
     fn moved(&self, next: &[[f32; 3]], is_last: bool) -> Moved {
         // One-sided at both ends.
         let (from, per_second) = match (self.seen, is_last) {
@@ -60,8 +63,9 @@ impl Velocities {
 mod tests {
     use super::*;
 
-    /// The velocities of frames at these positions, a hundredth of a second apart; checks what comes with them.
-    fn of(positions: &[f32]) -> Vec<f32> {
+    /// The velocities of frames at these positions, a hundredth of a second apart. Also checks the positions
+    /// and normals that come with them.
+    fn velocities(positions: &[f32]) -> Vec<f32> {
         let mut velocities = Velocities::new(100.0);
         let mut moved: Vec<Moved> = Vec::new();
         for &x in positions {
@@ -78,13 +82,13 @@ mod tests {
     fn a_parabola_has_its_derivative_inside() {
         // x = t² with t in hundredths: the velocity is 2 t per hundredth of a second.
         let squares: Vec<f32> = (0..6).map(|t| (t * t) as f32).collect();
-        assert_eq!(of(&squares), [100.0, 200.0, 400.0, 600.0, 800.0, 900.0]);
+        assert_eq!(velocities(&squares), [100.0, 200.0, 400.0, 600.0, 800.0, 900.0]);
     }
 
     #[test]
     fn short_animations() {
-        assert_eq!(of(&[]), [0.0; 0]);
-        assert_eq!(of(&[7.0]), [0.0]);
-        assert_eq!(of(&[1.0, 3.0]), [200.0, 200.0]);
+        assert_eq!(velocities(&[]), [0.0; 0]);
+        assert_eq!(velocities(&[7.0]), [0.0]);
+        assert_eq!(velocities(&[1.0, 3.0]), [200.0, 200.0]);
     }
 }

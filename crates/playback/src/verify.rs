@@ -1,4 +1,4 @@
-//! An exported file compared with its recipe, number by number.
+//! Comparison of an exported file with its recipe, number by number.
 
 use crate::{Performance, Playback, channels};
 use rhytid_core::channel::{self, Channel, Tolerance};
@@ -8,61 +8,71 @@ use rhytid_formats::export::{AnimationReader, Summary};
 use rhytid_formats::export::{Frame, HeadMotion};
 use rhytid_kernels::vec3;
 
-/// Two devices that conform differ by their rounding: at most by this part of the face's diagonal.
+/// The most that two conforming devices differ by in a position, by rounding, as a part of the face's
+/// diagonal.
 const DEVICES_DIFFER: f64 = 1e-5;
 
-/// How many times δ/h a function of a triangle's shape may be off, where the triangle has the height h and its corners are δ off.
+/// The error that is allowed to a function of a triangle's shape, in units of δ/h. The triangle has the
+/// height h, and its corners are off by δ.
 const OF_THIN: f64 = 4.0;
 
-/// What normals of length 1 may be off where a file has them as integers of 8 bits: two of them are added.
+/// The error that is allowed to unit normals where a file has them as integers of 8 bits. Such a normal is
+/// the sum of two integers.
 const OF_INTEGERS: f64 = 0.03;
 
-/// Where normals are fitted to few shapes, the file states no error of them; what is told apart is right from wrong. At a vertex without thin
-/// triangles they may be this far off, but for one value in a thousand, and this far as a root mean square.
+/// The errors that are allowed to normals that are fitted to few shapes: of a vertex, and as a root mean
+/// square.
+///
+/// The file states no error of such normals, so these limits only tell right from wrong. The first limit is
+/// for vertices without thin triangles, and one value in [`FITTED_AT_LARGE`] may exceed it.
 const OF_FITTED: [f64; 2] = [0.6, 0.3];
 const FITTED_AT_LARGE: usize = 1000;
 
-/// Integers of 8 bits hold what a component of a normal has turned by since the first frame up to so much.
+/// The largest change of a normal's component since the first frame that integers of 8 bits hold.
 const MOST_TURNED: f32 = 1.0;
 
-/// How far a channel of a file is from a fresh evaluation.
+/// The difference between a channel of a file and a fresh evaluation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChannelDifference {
     /// The channel.
     pub channel: Channel,
-    /// The largest difference of a vertex's numbers, as a length; of directions of strain, up to the sign.
+    /// The largest difference of a vertex's numbers, as a length. Directions of strain are compared up to
+    /// their sign.
     pub worst: f64,
     /// The frame, counted from 0 in the file, and the vertex where it is.
     pub at: (usize, usize),
-    /// The root of the mean of its square.
+    /// The root mean square of the difference.
     pub rms: f64,
-    /// Vertices of frames whose numbers are farther off than the channel's tolerance.
+    /// The number of vertices, over all frames, whose numbers are off by more than the channel's tolerance.
     pub beyond: usize,
-    /// The first of those: frame and vertex.
+    /// The first of these: frame and vertex.
     pub first_beyond: Option<(usize, usize)>,
 }
 
-/// What a comparison found.
+/// The result of a comparison.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verified {
     /// Frames that were compared.
     pub frames: usize,
-    /// Positions, in mesh units.
+    /// The difference of the positions, in mesh units.
     pub positions: ChannelDifference,
-    /// The other channels that the file has.
+    /// The differences of the file's other channels.
     pub others: Vec<ChannelDifference>,
-    /// How far positions may be off, in mesh units: what the file states, and what two devices may differ by.
+    /// The error that is allowed to positions, in mesh units: what the file states, plus what two devices may
+    /// differ by.
     pub allowed: f64,
-    /// The largest difference of two elements of the head's matrix, relative to those above 1; the translation is in mesh units.
+    /// The largest difference of two elements of the head's matrix. It is relative where an element is above
+    /// 1. The translation is in mesh units.
     pub head: f64,
-    /// In what the file is not what the recipe gives, beside these numbers.
+    /// What else differs between the file and what the recipe gives.
     pub differences: Vec<String>,
-    /// Whether normals are farther off on the whole than a fit makes them.
+    /// Whether the root mean square of the normals' difference is larger than a fit makes it.
     normals_are_off: bool,
 }
 
 impl Verified {
-    /// Whether the file is what its recipe gives. glTF has a head's motion in 32 bits.
+    /// Whether the file is what its recipe gives. The limit for the head's matrix allows for glTF, which has
+    /// it in 32 bits.
     pub fn passed(&self) -> bool {
         let all = std::iter::once(&self.positions).chain(&self.others);
         all.into_iter().all(|channel| channel.beyond == 0)
@@ -141,7 +151,7 @@ pub fn verify(
     Ok(Verified { frames: done, positions, others, allowed, head: off_head, differences, normals_are_off })
 }
 
-/// In what the file differs from what its recipe gives, before its first frame.
+/// The differences between the file and what its recipe gives that are known without reading frames.
 fn differences(summary: &Summary, performance: &Performance, format: Format) -> Result<Vec<String>> {
     let rig = &performance.rig;
     let is_usd = !matches!(format, Format::Glb | Format::Gltf);
@@ -181,12 +191,12 @@ fn differences(summary: &Summary, performance: &Performance, format: Format) -> 
         let here = is_in(&summary.channels, channel);
         compare(&channel.name, has(here).into(), has(is_in(&expected, channel)).into());
     }
-    // Shapes have none: where they are is known once they are mixed.
+    // Shapes have no extents: positions are known only once shapes are mixed.
     compare("extents", has(summary.extents).into(), has(is_usd && !summary.fitted).into());
     Ok(found)
 }
 
-/// What numbers may be off, of a file.
+/// The errors that are allowed to a file's numbers.
 struct Limits {
     /// δ of two devices, in mesh units.
     devices: f64,
@@ -198,14 +208,14 @@ struct Limits {
     is_stated: bool,
 }
 
-/// A channel, and what its frames so far have come to.
+/// A channel, and its differences in the frames so far.
 struct Compared {
     difference: ChannelDifference,
     squares: f64,
     count: usize,
-    /// What the file states of its largest difference.
+    /// The largest difference that the file states for the channel.
     stated: f64,
-    /// The normals of the first frame, where integers may have cut the others.
+    /// The normals of the first frame, where integers may have clamped those of later frames.
     first: Vec<f32>,
 }
 
@@ -228,7 +238,7 @@ impl Compared {
         matches!(self.difference.channel.tolerance, Tolerance::Shape { .. } | Tolerance::PrincipalAxis { .. })
     }
 
-    /// `heights` are those of [`heights`], where any channel goes by shapes.
+    /// `heights` is the result of [`heights`] where the tolerance of any channel depends on shapes.
     fn frame(&mut self, frame: usize, found: &[f32], fresh: &Frame<'_>, heights: &[f64], limits: &Limits) {
         let channel = &self.difference.channel;
         let Some(expected) = fresh.get(channel) else { return };
@@ -236,7 +246,7 @@ impl Compared {
         let is_axis = matches!(channel.tolerance, Tolerance::PrincipalAxis { .. });
         let largest = expected.iter().fold(0.0_f64, |most, x| most.max(f64::from(x.abs())));
         let strains = fresh.get(&channel::STRAIN).unwrap_or_default();
-        // What is fitted goes with the positions that are.
+        // Fitted channels follow the fitted positions.
         let moved = if limits.fitted { limits.allowed } else { limits.devices };
         let thin = |v: usize| heights.get(v).map_or(f64::INFINITY, |h| OF_THIN * moved / h);
         let of_normals = match (is_normal, limits.fitted, limits.is_stated) {
@@ -247,7 +257,7 @@ impl Compared {
         if is_normal && limits.is_stated && self.first.is_empty() {
             self.first = expected.to_vec();
         }
-        // glTF demands a normal where there is none, and one that turns far is cut.
+        // glTF demands a normal where the mesh has none. A normal that turns far is clamped.
         let any = |v: usize, expected: &[f32]| {
             let first = self.first.get(3 * v..3 * v + 3).unwrap_or_default();
             let turned = || expected.iter().zip(first).any(|(n, first)| (n - first).abs() > MOST_TURNED);
@@ -271,7 +281,7 @@ impl Compared {
                 let square = |(a, b): (&f32, &f32)| (f64::from(*a) - sign * f64::from(*b)).powi(2);
                 found.iter().zip(expected).map(square).sum::<f64>().sqrt()
             };
-            // Also if it is no number, which stays the worst.
+            // Also if the distance is NaN, which then stays the worst.
             let distance = if is_axis { off(1.0).min(off(-1.0)) } else { off(1.0) };
             let allowed = if any(v, expected) { f64::INFINITY } else { allowed(v) };
             if distance > allowed || distance.is_nan() {
@@ -283,7 +293,7 @@ impl Compared {
                 (self.difference.worst, self.difference.at) = (distance, (frame, v));
             }
         }
-        // A number that lacks is as wrong as one that is off.
+        // A missing number counts as a wrong one.
         beyond += expected.len().abs_diff(found.len()) / width;
         self.count += expected.len() / width;
         self.difference.beyond += beyond;
@@ -299,7 +309,7 @@ impl Compared {
     }
 }
 
-/// For each vertex the least height of its triangles, in mesh units; infinite where it has none.
+/// The least height of the triangles at each vertex, in mesh units; infinite where a vertex has none.
 fn heights(rig: &Rig, positions: &[[f32; 3]]) -> Vec<f64> {
     let mut heights = vec![f64::INFINITY; positions.len()];
     for corners in &rig.surface().triangles {
@@ -323,7 +333,7 @@ fn extent_of(positions: &[f32]) -> [[f32; 3]; 2] {
     })
 }
 
-/// Of the rest pose's bounding box, in mesh units.
+/// The diagonal of the rest pose's bounding box, in mesh units.
 fn diagonal(rig: &Rig) -> f64 {
     let extent = |c: usize| {
         let along = || rig.surface().rest.iter().map(|p| f64::from(p[c]));

@@ -1,4 +1,4 @@
-//! A TOML document: its tables, values by their keys, and complaints that name the line.
+//! A TOML document: its tables, values by their keys, and errors that name the line.
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::line_of;
 use rhytid_core::text::quoted;

@@ -4,12 +4,12 @@ use crate::Picture;
 use image_webp::{ColorType, WebPEncoder};
 use std::io::{self, Seek, SeekFrom, Write};
 
-/// Flags of the header `VP8X`: there are opacities, and it moves.
+/// Flags of the header `VP8X`: the file has opacities, and it is animated.
 const OPACITY: u8 = 1 << 4;
 const MOVES: u8 = 1 << 1;
-/// Flag of a picture: it takes the place of what was there, instead of being laid over it.
+/// Flag of a picture: it replaces the picture before it, instead of being blended over it.
 const REPLACES: u8 = 1 << 1;
-/// What is before the first chunk: `RIFF`, the size of what follows, `WEBP`.
+/// Bytes before the first chunk: `RIFF`, the size of the rest of the file, `WEBP`.
 const FILE_HEADER: usize = 12;
 
 /// An animated WebP, written picture by picture: without loss, with opacities, and in every browser.
@@ -26,21 +26,22 @@ impl<W: Write + Seek> AnimatedWebP<W> {
     /// The most pixels along a side.
     pub const LARGEST: u32 = 16_384;
 
-    /// Of pictures of `size` pixels, `rate` of them a second (0.1 to 600), again and again. `out` is at its beginning.
+    /// Begins an animation of pictures of `size` pixels, `rate` of them a second (0.1 to 600), which repeats
+    /// forever. `out` is at its beginning.
     ///
     /// # Errors
-    /// As `out`; [`io::ErrorKind::InvalidInput`] if a side is 0 or above [`AnimatedWebP::LARGEST`].
+    /// Errors of `out`; [`io::ErrorKind::InvalidInput`] if a side is 0 or above [`AnimatedWebP::LARGEST`].
     pub fn new(out: W, size: [u32; 2], rate: f64) -> io::Result<Self> {
         if size.into_iter().any(|side| side == 0 || side > Self::LARGEST) {
             let what = format!("{} × {} pixels, expected 1 to {} each", size[0], size[1], Self::LARGEST);
             return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
         }
         let mut webp = Self { out, size, rate: rate.clamp(0.1, 600.0), pictures: 0, written: 4 };
-        // The size comes at the end.
+        // The size is written at the end.
         webp.out.write_all(b"RIFF\0\0\0\0WEBP")?;
         let [width, height] = size.map(|side| bytes_24(side - 1));
         webp.chunk(b"VP8X", &[&[OPACITY | MOVES, 0, 0, 0], &width, &height])?;
-        // Transparent behind the pictures, and without an end.
+        // The background is transparent, and the animation repeats without end.
         webp.chunk(b"ANIM", &[&[0; 4], &[0; 2]])?;
         Ok(webp)
     }
@@ -48,7 +49,8 @@ impl<W: Write + Seek> AnimatedWebP<W> {
     /// The next picture.
     ///
     /// # Errors
-    /// As what is written to; [`io::ErrorKind::InvalidInput`] if its size is another, or beyond the 4 GiB of a WebP.
+    /// Errors of `out`; [`io::ErrorKind::InvalidInput`] if the picture has another size, or the file would
+    /// exceed the 4 GiB of a WebP.
     pub fn add(&mut self, picture: &Picture) -> io::Result<()> {
         if picture.size != self.size {
             let what = format!("a picture of {:?} pixels among those of {:?}", picture.size, self.size);
@@ -59,7 +61,7 @@ impl<W: Write + Seek> AnimatedWebP<W> {
             .encode(&picture.pixels, self.size[0], self.size[1], ColorType::Rgba8)
             .map_err(io::Error::other)?;
         let [width, height] = self.size.map(|side| bytes_24(side - 1));
-        // Times are rounded, so that durations add up.
+        // Times are rounded, not durations, so the durations add up.
         let [begin, end] = [0, 1].map(|i| (1000.0 * f64::from(self.pictures + i) / self.rate).round());
         let duration = bytes_24((end - begin) as u32);
         let at = [0; 6];
@@ -71,7 +73,7 @@ impl<W: Write + Seek> AnimatedWebP<W> {
     /// Writes the size.
     ///
     /// # Errors
-    /// As what is written to.
+    /// Errors of `out`.
     pub fn finish(mut self) -> io::Result<()> {
         self.out.seek(SeekFrom::Start(4))?;
         self.out.write_all(&(self.written as u32).to_le_bytes())

@@ -1,10 +1,10 @@
-//! Where a picture is taken from.
+//! Cameras.
 
 use glam::camera::rh::{proj, view};
 use glam::{Mat4, Vec3, vec3};
 use rhytid_core::UpAxis;
 
-/// Height of the film that a lens is for, in millimetres: that of 36 × 24 mm.
+/// Height of the film to which focal lengths refer, in millimetres: film of 36 × 24 mm.
 const FILM: f32 = 24.0;
 /// The part of a picture that is filled.
 const MARGIN: f32 = 0.9;
@@ -36,7 +36,7 @@ pub struct Camera {
     eye: Vec3,
     target: Vec3,
     up: Vec3,
-    /// From the picture's lower to its upper edge, in radians.
+    /// The vertical angle of view, from the picture's lower to its upper edge, in radians.
     field_of_view: f32,
     near: f32,
     far: f32,
@@ -45,9 +45,10 @@ pub struct Camera {
 /// How a camera looks at a face.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Degrees by which the camera goes around the face, towards its left (the mesh's +x), from right before it.
+    /// Degrees by which the camera goes around the face, towards the face's left (the mesh's +x). 0 is in
+    /// front of the face.
     pub turn: f32,
-    /// Degrees by which it goes up, within ±90.
+    /// Degrees by which the camera goes up, within ±90.
     pub raise: f32,
     /// Focal length in millimetres for film of 36 × 24 mm, above 0: 85 is a portrait's.
     pub lens: f32,
@@ -73,8 +74,8 @@ fn axes(up: UpAxis, view: View) -> [Vec3; 3] {
 }
 
 impl Camera {
-    /// Looks at `points` so that they fill a picture whose width is `aspect` times its height, but for a margin. Faces look along +Z
-    /// where Y is up, and along −Y where Z is.
+    /// Looks at `points` so that they fill a picture except for a margin. The picture's width is `aspect`
+    /// times its height. Faces look along +Z where Y is up, and along −Y where Z is up.
     pub fn framing(points: &[[f32; 3]], up: UpAxis, view: View, aspect: f32) -> Self {
         let [right, upward, toward] = axes(up, view);
         let seen = || {
@@ -97,7 +98,7 @@ impl Camera {
         Self::at_distance([target, toward, upward], distance, radius, view)
     }
 
-    /// Looks at `sphere` so that it just fits, from wherever: for turntables.
+    /// Looks at `sphere` so that it just fits, from any direction: for turntables.
     pub fn around(sphere: Sphere, up: UpAxis, view: View, aspect: f32) -> Self {
         let [_, upward, toward] = axes(up, view);
         let half = (0.5 * FILM / view.lens).atan();
@@ -106,7 +107,8 @@ impl Camera {
         Self::at_distance([Vec3::from_array(sphere.center), toward, upward], distance, sphere.radius, view)
     }
 
-    /// What moves may leave the ball of this radius that it had at rest.
+    /// A mesh that moves may leave its ball of this radius at rest. So the near and far planes leave room
+    /// around it.
     fn at_distance([target, toward, up]: [Vec3; 3], distance: f32, radius: f32, view: View) -> Self {
         let (near, far) = (distance - 2.0 * radius, distance + 3.0 * radius);
         let field_of_view = 2.0 * (0.5 * FILM / view.lens).atan();
@@ -120,35 +122,38 @@ impl Camera {
         }
     }
 
-    /// From `eye` to `target`, both in mesh units, with `up` as near as can be to the picture's: through a `lens` of so many millimetres for
-    /// film of 36 × 24 mm, and from `near` to `far` mesh units away.
+    /// Looks from `eye` to `target`, both in mesh units. The picture's up is as near to `up` as possible. The
+    /// `lens` is a focal length in millimetres for film of 36 × 24 mm. The picture shows distances from
+    /// `near` to `far` mesh units.
     pub fn looking([eye, target, up]: [[f32; 3]; 3], lens: f32, [near, far]: [f32; 2]) -> Self {
         let [eye, target, up] = [eye, target, up].map(Vec3::from_array);
         Self { eye, target, up, field_of_view: 2.0 * (0.5 * FILM / lens).atan(), near, far }
     }
 
-    /// Where it is, in mesh units.
+    /// The position of the camera, in mesh units.
     pub fn eye(&self) -> [f32; 3] {
         self.eye.to_array()
     }
 
-    /// What is in the picture's middle, in mesh units.
+    /// The point in the picture's middle, in mesh units.
     pub fn target(&self) -> [f32; 3] {
         self.target.to_array()
     }
 
-    /// From the mesh's space to the camera's: x to the picture's right, y up, z towards the viewer.
+    /// The matrix from the mesh's space to the camera's: x to the picture's right, y up, z towards the
+    /// viewer.
     pub fn view(&self) -> Mat4 {
         view::look_at_mat4(self.eye, self.target, self.up)
     }
 
-    /// From the camera's space to clip space with depths from 0 to 1, for a picture whose width is `aspect` times its height.
+    /// The matrix from the camera's space to clip space with depths from 0 to 1, for a picture whose width is
+    /// `aspect` times its height.
     pub fn projection(&self, aspect: f32) -> Mat4 {
         proj::directx::perspective(self.field_of_view, aspect, self.near, self.far)
     }
 
-    /// Where `point` is in a picture of `size` pixels: to the right and down from the upper left corner, and its depth from 0
-    /// (near) to 1.
+    /// Where `point` is in a picture of `size` pixels: to the right and down from the upper left corner, and
+    /// its depth from 0 (near) to 1.
     pub fn project(&self, size: [u32; 2], point: [f32; 3]) -> [f32; 3] {
         let [width, height] = size.map(|n| n as f32);
         let clip = self.projection(width / height) * self.view();
@@ -156,7 +161,8 @@ impl Camera {
         [(0.5 + 0.5 * p.x) * width, (0.5 - 0.5 * p.y) * height, p.z]
     }
 
-    /// The direction from the eye, of length 1, of what is at a place in a picture of `size` pixels: the inverse of [`Camera::project`].
+    /// The direction from the eye, of length 1, to a place in a picture of `size` pixels. It is the inverse
+    /// of [`Camera::project`].
     pub fn ray(&self, size: [u32; 2], [x, y]: [f32; 2]) -> [f32; 3] {
         let [width, height] = size.map(|n| n as f32);
         let clip = self.projection(width / height) * self.view();
@@ -165,8 +171,9 @@ impl Camera {
     }
 }
 
-/// What a picture of a face is to show, for [`Camera::framing`]: where `handles` are and as far again beyond them as a face goes on, where
-/// there is any mesh, whose vertices are at `rest`.
+/// The points that a picture of a face is to show, for [`Camera::framing`]. They are the `handles`, moved
+/// outwards from their middle, since a face extends beyond its handles. No point leaves the box of the mesh,
+/// whose vertices are at `rest`.
 pub fn around_handles(handles: &[[f32; 3]], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
     const BEYOND: f32 = 1.4;
     let center = Sphere::around(handles).center;
@@ -190,7 +197,7 @@ mod tests {
             let aspect = size[0] as f32 / size[1] as f32;
             for view in [View::default(), View { turn: 50.0, raise: -30.0, lens: 35.0 }] {
                 let camera = Camera::around(SPHERE, UpAxis::Y, view, aspect);
-                // The ball's rim as the eye sees it: where rays touch it.
+                // The ball's rim as the eye sees it: the points where rays touch the ball.
                 let eye = camera.eye - camera.target;
                 let toward = eye.normalize();
                 let sine = SPHERE.radius / eye.length();
@@ -242,7 +249,7 @@ mod tests {
     #[test]
     fn a_face_is_shown_beyond_its_handles_where_it_goes_on() {
         let handles = [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, -1.0, 0.0]];
-        // A strip that is wide and ends above and below where the handles do.
+        // A wide strip that is as high as the handles.
         let rest = [[-9.0, -1.1, 0.0], [9.0, 1.1, 0.0]];
         let shown = around_handles(&handles, &rest);
         let expected = [[-1.4, 0.0, 0.0], [1.4, 0.0, 0.0], [0.0, 1.1, 0.0], [0.0, -1.1, 0.0]];

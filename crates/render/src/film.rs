@@ -17,26 +17,28 @@ use std::fmt::Display;
 use std::io::{self, Seek, SeekFrom, Write};
 use std::num::NonZeroU32;
 
-/// The fastest of rav1e's presets: without its assembler, which needs NASM, the others take several times as long.
+/// The fastest of rav1e's presets. Rhytid builds rav1e without its assembler, which needs NASM. The other
+/// presets then take several times as long.
 const SPEED: u8 = 10;
-/// From 0, without loss, to 255: with this one, folds stay and skin is smooth.
+/// The quantizer, from 0 (lossless) to 255. This value keeps folds and shows smooth skin.
 const QUANTIZER: usize = 40;
-/// Tiles are encoded side by side; each has about so many pixels.
+/// Tiles are encoded in parallel. Each has about this many pixels.
 const PIXELS_PER_TILE: u64 = 100_000;
-/// From one picture that stands alone to the next, which is what a player can jump to.
+/// The time from one key frame to the next. A player can jump to key frames.
 const SECONDS_BETWEEN_KEYS: f64 = 2.0;
-/// AV1's number for no level at all.
+/// AV1's number for a stream without a level.
 const ANY_LEVEL: u8 = 31;
 
-/// A film in AV1 (by [rav1e](https://docs.rs/rav1e)), in an MP4 file whose index comes first; written picture by picture, with the
-/// memory of a few. Its colours are those of sRGB, as BT.709's Y'CbCr of limited range with half as many of the colour differences
-/// along each side (4:2:0), which both stream and file say. The same pictures give the same bytes, on any number of threads.
+/// A film in AV1 (by [rav1e](https://docs.rs/rav1e)), in an MP4 file whose index comes first. It is written
+/// picture by picture, with the memory of a few pictures. Its colours are those of sRGB, in BT.709's Y'CbCr
+/// of limited range. The colour differences have half the resolution along each side (4:2:0). Both the stream
+/// and the file state this. The same pictures give the same bytes, on any number of threads.
 pub struct Film<W: Write + Seek> {
     out: W,
     encoder: Context<u8>,
     yuv: Yuv,
     muxer: Mp4FileMuxer,
-    /// What the stream is, until it has begun.
+    /// Whether the description of the stream has been written.
     entry_is_written: bool,
     /// Ticks a second, and ticks a picture.
     time_base: (NonZeroU32, u32),
@@ -48,10 +50,11 @@ impl<W: Write + Seek> Film<W> {
     /// The least and the most pixels along a side.
     pub const SIDES: [u32; 2] = [16, 65_535];
 
-    /// Of `pictures`, at least one, of `size` pixels, `rate` of them a second (0.1 to 600). `out` is at its beginning.
+    /// Begins a film of `pictures` pictures, at least one, of `size` pixels. It shows `rate` pictures a
+    /// second (0.1 to 600). `out` is at its beginning.
     ///
     /// # Errors
-    /// As `out`; [`io::ErrorKind::InvalidInput`] where a side is outside of [`Film::SIDES`].
+    /// Errors of `out`; [`io::ErrorKind::InvalidInput`] where a side is outside of [`Film::SIDES`].
     pub fn new(mut out: W, size: [u32; 2], pictures: u32, rate: f64) -> io::Result<Self> {
         let (ticks, ticks_per_picture) = time_base(rate);
         let [width, height] = size.map(|side| side as usize);
@@ -60,13 +63,13 @@ impl<W: Write + Seek> Film<W> {
         wanted.time_base = Rational::new(ticks_per_picture.into(), ticks.get().into());
         wanted.quantizer = QUANTIZER;
         wanted.tiles = (u64::from(size[0]) * u64::from(size[1])).div_ceil(PIXELS_PER_TILE) as usize;
-        // Pictures come out as they go in, and none is kept to look ahead.
+        // Pictures come out in the order in which they go in, and none is kept to look ahead.
         wanted.low_latency = true;
         wanted.speed_settings.rdo_lookahead_frames = 1;
         wanted.speed_settings.scene_detection_mode = SceneDetectionSpeed::None;
         let between_keys = (SECONDS_BETWEEN_KEYS * rate).ceil().clamp(1.0, 1200.0) as u64;
         wanted.set_key_frame_interval(between_keys, between_keys);
-        // In half the bytes of what the preset has, in the same time.
+        // This halves the bytes of the preset's own choice, in the same time.
         wanted.tune = Tune::Psnr;
         wanted.speed_settings.partition.partition_range = PartitionRange::new(
             rav1e::prelude::BlockSize::BLOCK_16X16,
@@ -78,7 +81,7 @@ impl<W: Write + Seek> Film<W> {
             transfer_characteristics: TransferCharacteristics::SRGB,
             matrix_coefficients: MatrixCoefficients::BT709,
         });
-        // The lowest level that has room, since a decoder made of transistors may refuse what has none.
+        // The lowest level that fits the film. A hardware decoder may refuse a stream without a level.
         let of_level = |level| {
             let config = EncoderConfig { level_idx: Some(level), ..wanted.clone() };
             Some(Config::new().with_encoder_config(config)).filter(|config| config.validate().is_ok())
@@ -105,10 +108,10 @@ impl<W: Write + Seek> Film<W> {
         })
     }
 
-    /// The next picture, whose opacity counts for nothing.
+    /// Adds the next picture. Its opacity is ignored.
     ///
     /// # Errors
-    /// As what is written to; [`io::ErrorKind::InvalidInput`] if its size is another.
+    /// Errors of `out`; [`io::ErrorKind::InvalidInput`] if the picture has another size.
     pub fn add(&mut self, picture: &Picture) -> io::Result<()> {
         if picture.size != self.yuv.size() {
             let what = format!("a picture of {:?} pixels among those of {:?}", picture.size, self.yuv.size());
@@ -122,10 +125,10 @@ impl<W: Write + Seek> Film<W> {
         self.write_packets()
     }
 
-    /// Writes what is left, and the index.
+    /// Writes the remaining pictures, and the index.
     ///
     /// # Errors
-    /// As what is written to.
+    /// Errors of `out`.
     pub fn finish(mut self) -> io::Result<()> {
         self.encoder.flush();
         self.write_packets()?;
@@ -136,7 +139,7 @@ impl<W: Write + Seek> Film<W> {
         Ok(())
     }
 
-    /// What the encoder has ready.
+    /// Writes the packets that the encoder has finished.
     fn write_packets(&mut self) -> io::Result<()> {
         loop {
             match self.encoder.receive_packet() {
@@ -148,7 +151,7 @@ impl<W: Write + Seek> Film<W> {
         }
     }
 
-    /// One picture's units but the delimiter, which a file has none of.
+    /// Writes the units of one picture without the delimiter, which files do not have.
     fn write(&mut self, packet: &Packet<u8>) -> io::Result<()> {
         let units = parse_obus(&packet.data, Av1ObuParseContext::Sample).map_err(refused)?;
         let is_delimiter = |of: Av1ObuType| of == Av1ObuType::TemporalDelimiter;
@@ -178,7 +181,8 @@ impl<W: Write + Seek> Film<W> {
     }
 }
 
-/// What the stream is, for the file: by its sequence header, and in what colours (`colr`), by ISO/IEC 23091-2's numbers.
+/// The description of the stream for the file: its sequence header, and its colours (`colr`) by the numbers
+/// of ISO/IEC 23091-2.
 fn entry(sequence_header: &[u8]) -> io::Result<Av01Box> {
     let config = Av1SampleEntryConfig { initial_presentation_delay_minus_one: None };
     let mut entry = build_av01_box_from_config_obus(sequence_header, &config).map_err(refused)?;
@@ -189,7 +193,7 @@ fn entry(sequence_header: &[u8]) -> io::Result<Av01Box> {
     ];
     let mut payload = b"nclx".to_vec();
     payload.extend(numbers.into_iter().flat_map(u16::to_be_bytes));
-    // Not of full range.
+    // The range is not full.
     payload.push(0);
     let box_type = BoxType::Normal(*b"colr");
     let box_size = BoxSize::with_payload_size(box_type, payload.len() as u64);
@@ -197,7 +201,8 @@ fn entry(sequence_header: &[u8]) -> io::Result<Av01Box> {
     Ok(entry)
 }
 
-/// Ticks a second and ticks a picture: exact for whole rates and multiples of 1000/1001, else within a thousandth of a picture a second.
+/// Ticks a second and ticks a picture: exact for whole rates and multiples of 1000/1001, else within a
+/// thousandth of a picture a second.
 fn time_base(rate: f64) -> (NonZeroU32, u32) {
     let rate = rate.clamp(0.1, 600.0);
     let near = |x: f64| (x - x.round()).abs() < 1e-6 * x;
@@ -209,7 +214,7 @@ fn time_base(rate: f64) -> (NonZeroU32, u32) {
     (NonZeroU32::new(ticks.round() as u32).unwrap_or(NonZeroU32::MIN), per_picture)
 }
 
-/// What the encoder and the writer of MP4 say of our own faults.
+/// The error of the encoder or of the writer of MP4, which means a fault in Rhytid.
 fn refused(what: impl Display) -> io::Error {
     io::Error::other(format!("the film: {what}"))
 }
@@ -232,7 +237,7 @@ mod tests {
         bytes.into_inner()
     }
 
-    // What other programs make of films is tested in crates/cli/tests.
+    // The tests in crates/cli/tests check that other programs read films.
     #[test]
     fn threads_do_not_show() {
         let on = |threads| {

@@ -3,7 +3,7 @@
 use crate::vertices::Vertices;
 use rhytid_core::{Result, human};
 
-/// Room for one frame on a device.
+/// The buffers of one frame on a device.
 #[derive(Debug)]
 pub struct FrameBuffers {
     queue: wgpu::Queue,
@@ -15,7 +15,8 @@ impl FrameBuffers {
     /// For a mesh of V `vertices`.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`] if the mesh is too large for `device`; [`rhytid_core::Error::Device`], as for want of memory.
+    /// [`rhytid_core::Error::Input`] if the mesh is too large for `device`; [`rhytid_core::Error::Device`],
+    /// as for want of memory.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, vertices: usize) -> Result<Self> {
         let what = format!("a mesh of {} vertices", human::count(vertices));
         let limits = [("max_buffer_size", 12 * vertices as u64, device.limits().max_buffer_size)];

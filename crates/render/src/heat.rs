@@ -1,14 +1,14 @@
-//! Colours for numbers: as different to the eye as the numbers are.
+//! Colours for numbers. Equal steps between numbers look like equal steps between colours.
 
 use crate::picture::to_srgb;
 
-/// Colours in a table, one of them in its middle, which is what a device looks them up in.
+/// The number of colours in the table that a device reads. It is odd, so one colour is in the middle.
 pub(crate) const COLOURS: usize = 65;
 
 /// Which numbers have which colours.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Heat {
-    /// From dark blue for 0 to yellow for this number, above 0, and beyond it.
+    /// From dark blue for 0 to yellow for this number, above 0. Larger numbers are yellow too.
     From0(f32),
     /// From blue for minus this number, above 0, over white for 0 to red.
     Signed(f32),
@@ -23,12 +23,13 @@ impl Heat {
         }
     }
 
-    /// Linear red, green and blue, 0 to 1. Steps are even in Oklab (Ottosson 2020), whose distances are those that eyes see.
+    /// Linear red, green and blue, 0 to 1. Steps are even in Oklab (Ottosson 2020), whose distances match
+    /// those that the eye sees.
     pub fn colour(self, number: f32) -> [f32; 3] {
         let [low, high] = self.range();
         let t = ((number - low) / (high - low)).clamp(0.0, 1.0);
         let lab = match self {
-            // A screw at a constant distance from grey.
+            // A helix at a constant distance from grey.
             Self::From0(_) => {
                 let (sin, cos) = (270.0 + 205.0 * t).to_radians().sin_cos();
                 [0.21 + 0.73 * t, CHROMA * cos, CHROMA * sin]
@@ -54,7 +55,7 @@ impl Heat {
     }
 }
 
-/// How colourful [`Heat::From0`] is, in Oklab: the most that all its colours can be shown with.
+/// The chroma of [`Heat::From0`] in Oklab: the largest with which all its colours can be displayed.
 const CHROMA: f32 = 0.13;
 
 /// From Oklab to linear sRGB.

@@ -1,4 +1,4 @@
-//! Pictures as textures: read from files, and smaller and smaller, so that what is far away does not shimmer.
+//! Pictures as textures. They are read from files. Their mipmaps keep distant surfaces from shimmering.
 
 use crate::picture::{Picture, from_srgb, to_srgb};
 use rhytid_core::{Error, Result};
@@ -8,14 +8,16 @@ use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
 
-/// No picture that is read is larger, each way.
+/// The most pixels along a side of a picture that is read.
 const MOST: u32 = 16_384;
 
 impl Picture {
-    /// Reads a PNG or JPEG. What has fewer channels or other depths becomes 8 bits of red, green, blue and opacity.
+    /// Reads a PNG or JPEG. Fewer channels or other depths are converted to 8 bits of red, green, blue and
+    /// opacity.
     ///
     /// # Errors
-    /// [`Error::Input`], without the file's name, if the bytes are neither, are damaged, or have more than 16,384 pixels either way.
+    /// [`Error::Input`], without the file's name, if the bytes are neither format, are damaged, or have more
+    /// than 16,384 pixels along a side.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let read = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes),
@@ -27,7 +29,8 @@ impl Picture {
         })
     }
 
-    /// The picture at half its size, at least one pixel each way: the means of what each pixel covers, of light rather than of its codes.
+    /// The picture at half its size, with at least one pixel along each side. A pixel is the mean of the
+    /// pixels that it covers, as linear light.
     fn halved(&self) -> Self {
         let [width, height] = self.size;
         let size = self.size.map(|n| (n / 2).max(1));
@@ -94,7 +97,7 @@ fn refuse_large([width, height]: [u32; 2]) -> Result<()> {
     }
 }
 
-/// A picture as a texture with all its smaller ones, as large as the device has them.
+/// A picture as a texture with all its mipmaps. A picture that is too large for the device is reduced.
 fn texture(device: &wgpu::Device, queue: &wgpu::Queue, picture: &Picture) -> wgpu::TextureView {
     let most = device.limits().max_texture_dimension_2d;
     let mut level = picture.clone();
@@ -126,7 +129,7 @@ fn texture(device: &wgpu::Device, queue: &wgpu::Queue, picture: &Picture) -> wgp
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }
 
-/// How shaders are given an image.
+/// How shaders get an image.
 #[derive(Debug)]
 pub(crate) struct Images {
     /// A texture and a sampler.
@@ -198,7 +201,7 @@ mod tests {
         assert_eq!(board.halved(), Picture { size: [1, 1], pixels: vec![188, 188, 188, 255] });
         let greys = Picture { size: [1, 2], pixels: [[50, 50, 50, 255], [200, 200, 200, 255]].concat() };
         assert_eq!(greys.halved().pixel([0, 0]), [150, 150, 150, 255]);
-        // Of five pixels each half has two and a half, of which it takes all three.
+        // Half of five pixels is two and a half. Each half takes three.
         let row = Picture { size: [5, 1], pixels: [white, black, black, black, black].concat() };
         let half = row.halved();
         assert_eq!((half.size, half.pixel([0, 0])[0], half.pixel([1, 0])[0]), ([2, 1], 156, 0));
@@ -236,7 +239,7 @@ mod tests {
 
     #[test]
     fn a_jpeg_is_read() {
-        // A grey of 128 in 8 by 8 pixels, by another program.
+        // Another program wrote this grey of 128, 8 by 8 pixels.
         let picture = Picture::decode(include_bytes!("../tests/grey.jpg")).unwrap();
         assert_eq!(picture.size, [8, 8]);
         assert!(picture.pixels.chunks(4).all(|p| p[3] == 255 && p[..3].iter().all(|x| x.abs_diff(128) < 2)));

@@ -1,8 +1,9 @@
 //! Draws faces with wgpu: shaded, as skin, as wire, and as heat maps.
 //!
-//! A [`Renderer`] draws the buffers that a session of the wgpu backend leaves its results in, without a copy, into any pass of the
-//! same device. An [`Offscreen`] is a pass of its own that gives a [`Picture`]; [`FrameBuffers`] take frames that come from elsewhere.
-//! A [`SkinRenderer`] draws them as skin, once it has lit them.
+//! A [`Renderer`] draws the buffers in which a session of the wgpu backend leaves its results. It draws
+//! without a copy, into any pass of the same device. An [`Offscreen`] is a pass of its own that gives a
+//! [`Picture`]. [`FrameBuffers`] hold frames from elsewhere. A [`SkinRenderer`] draws frames as skin, after
+//! lighting them.
 //!
 //! ```
 //! use rhytid_backend_wgpu::Wgpu;
@@ -34,6 +35,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod animated_image;
 mod animated_webp;
 mod camera;
 #[cfg(feature = "film")]
@@ -44,7 +46,6 @@ mod image;
 mod look;
 mod marks;
 mod matcap;
-mod moving;
 mod numbers;
 mod offscreen;
 mod overlay;
@@ -61,6 +62,7 @@ mod words;
 #[cfg(feature = "film")]
 mod yuv;
 
+pub use animated_image::{AnimatedImage, AnimatedImageFormat};
 pub use animated_webp::AnimatedWebP;
 pub use camera::{Camera, Sphere, View, around_handles};
 #[cfg(feature = "film")]
@@ -69,7 +71,6 @@ pub use frame_buffers::FrameBuffers;
 pub use heat::Heat;
 pub use look::Look;
 pub use marks::{influence_marks, marker_marks, tangent_frame_marks};
-pub use moving::{Moving, MovingFormat};
 pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;
 pub use overlay::{Mark, Overlay};
@@ -86,13 +87,13 @@ pub use words::{Anchor, LEGEND, LINE};
 
 use rhytid_core::{DeviceErrorKind, Error, Result, human};
 
-/// Runs `calls` of wgpu's; what it finds wrong with them is an error.
+/// Runs `calls` of wgpu. A fault that wgpu finds in them is an error.
 fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> Result<T> {
     let memory = device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let validation = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let internal = device.push_error_scope(wgpu::ErrorFilter::Internal);
     let done = calls();
-    // Outside of browsers they are known at once.
+    // Outside of browsers the errors are known at once.
     let [internal, validation, memory] = [internal, validation, memory].map(|scope| {
         let mut found = std::pin::pin!(scope.pop());
         match found.as_mut().poll(&mut std::task::Context::from_waker(std::task::Waker::noop())) {
@@ -106,7 +107,7 @@ fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> 
             (DeviceErrorKind::OutOfMemory, format!("out of memory while {doing}; ask for a smaller picture"))
         }
         other => {
-            // Behind lines of where it was found is what was wrong.
+            // The first lines say where the fault was found, and the last ones what it is.
             let causes =
                 std::iter::successors(Some(&other as &dyn std::error::Error), |error| error.source());
             let cause = causes.last().map(ToString::to_string).unwrap_or_default();
@@ -117,7 +118,8 @@ fn checked<T>(device: &wgpu::Device, doing: &str, calls: impl FnOnce() -> T) -> 
     Err(Error::Device { kind, device: name(device), message })
 }
 
-/// Refuses what needs more than a device allows: limits by their names, what is needed of each, and what there is.
+/// Refuses work that needs more than a device allows. Each of the `limits` has a name, the need, and what the
+/// device has.
 ///
 /// # Errors
 /// [`Error::Input`], which ends with the `remedy`.
@@ -132,7 +134,7 @@ fn allowed(what: &str, limits: &[(&str, u64, u64)], remedy: &str) -> Result<()> 
     }
 }
 
-/// What is to be done where a mesh is too large.
+/// The remedy where a mesh is too large.
 const FEWER: &str = "draw a mesh of fewer vertices";
 
 fn name(device: &wgpu::Device) -> String {

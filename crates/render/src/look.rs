@@ -2,28 +2,30 @@
 
 use crate::heat::Heat;
 
-/// What a face is drawn as.
+/// How a face is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Look {
     /// Lit at every pixel.
     Smooth,
-    /// Lit at every vertex, as the chapter's program does it.
+    /// Lit at every vertex, as in the chapter's program.
     Gouraud,
-    /// Lit by triangles.
+    /// Lit for each triangle.
     Flat,
-    /// The edges of the mesh's polygons, those in front.
+    /// The edges of the mesh's polygons that are in front.
     Wireframe,
-    /// A colour for the number at each vertex, without light: what the legend says.
+    /// A colour for the number at each vertex, without light: exactly the legend's colours.
     Heat(Heat),
-    /// The same lit at every pixel, which shows form where a colour is light: a picture for people rather than for measuring.
+    /// The same colours lit at every pixel. Light shows the form, but changes the colours: this is for
+    /// viewing, not for measuring.
     LitHeat(Heat),
-    /// As a ball looks where its surface has the same direction: [`crate::Picture::clay`], or what [`crate::Renderer::set_matcap`] was given.
+    /// With the shading of a ball: each normal has the ball's colour at that normal. The ball is
+    /// [`crate::Picture::clay`], or the one given to [`crate::Renderer::set_matcap`].
     Matcap,
-    /// Lit at every pixel, in the colours of the images that [`crate::Renderer::set_textures`] was given.
+    /// Lit at every pixel, in the colours of the images given to [`crate::Renderer::set_textures`].
     Textured,
 }
 
-/// Linear red, green and blue of a light skin.
+/// Linear red, green and blue of light skin.
 pub(crate) const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
-/// The same of wires.
+/// Linear red, green and blue of wires.
 pub(crate) const WIRE: [f32; 3] = [0.75, 0.80, 0.85];

@@ -1,4 +1,4 @@
-//! What is drawn over a frame: markers and strain edges, what drives a vertex, tangent frames.
+//! Marks over a frame: markers and strain edges, the influences of a vertex, tangent frames.
 
 use crate::heat::Heat;
 use crate::overlay::Mark;
@@ -8,12 +8,13 @@ use rhytid_core::{HandleId, Rig};
 const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
 const VERTEX: [f32; 3] = [0.9, 0.05, 0.02];
 const ANCHOR: [f32; 3] = [0.02, 0.25, 0.9];
-/// Tangent, bitangent and normal.
+/// The colours of tangent, bitangent and normal.
 const AXES: [[f32; 3]; 3] = [[0.9, 0.05, 0.02], [0.05, 0.6, 0.05], [0.02, 0.1, 0.9]];
-/// About so many tangent frames are drawn.
+/// About this many tangent frames are drawn.
 const FRAMES: usize = 500;
 
-/// The strain edges in the colours of their strains, and the markers over them, in a frame of V × 3 `positions`.
+/// The strain edges in the colours of their strains, and the markers over them, in a frame of V × 3
+/// `positions`.
 pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
     let (markers, rest) = (markers_of(rig, positions), &rig.handles().rest);
     let length = |points: &[[f32; 3]], edge: [HandleId; 2]| {
@@ -29,14 +30,15 @@ pub fn marker_marks(rig: &Rig, positions: &[f32], heat: Heat) -> Vec<Mark> {
     rig.handles().strain_edges.iter().map(edge).chain(dots).collect()
 }
 
-/// The strain edges that `vertex` listens to and its anchors, the wider the more they count (the chapter's figure 27.3), in a frame of V × 3 `positions`.
+/// The strain edges and the anchors that influence `vertex`, in a frame of V × 3 `positions`. A larger weight
+/// has a wider mark (the chapter's figure 27.3).
 ///
 /// # Panics
 /// If the rig has no such vertex.
 pub fn influence_marks(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mark> {
     let markers = markers_of(rig, positions);
     let at = positions.as_chunks::<3>().0[vertex];
-    let edges = rig.influences().of(vertex);
+    let edges = rig.influences().at(vertex);
     let width = |weight: f32, most: f32| 1.5 + 8.0 * weight / most.max(f32::MIN_POSITIVE);
     let most = edges.clone().map(|(_, weight)| weight).fold(0.0, f32::max);
     let mut marks: Vec<Mark> = edges
@@ -62,7 +64,8 @@ pub fn influence_marks(rig: &Rig, positions: &[f32], vertex: usize) -> Vec<Mark>
     marks
 }
 
-/// The tangent frames of some vertices, each axis as long as `length`: the tangent red, the bitangent green, the normal blue (figure 27.4).
+/// The tangent frames of some vertices, each axis as long as `length`: the tangent red, the bitangent green,
+/// the normal blue (figure 27.4).
 pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length: f32) -> Vec<Mark> {
     let (points, _) = positions.as_chunks::<3>();
     let (normals, _) = normals.as_chunks::<3>();

@@ -1,17 +1,17 @@
-//! A look for each direction of a surface, as a picture of a ball that has it: a matcap.
+//! A matcap: a picture of a ball that gives a colour for each direction of a surface.
 
 use crate::picture::{Picture, to_srgb};
 use glam::{Vec3, vec3};
 
-/// Pixels each way.
+/// Pixels along each side.
 const SIZE: u32 = 256;
 
 impl Picture {
-    /// A ball of grey clay under a broad lamp at the upper left, a bluish sky and a warm ground, with a dull highlight and a rim, which shows
-    /// a surface's form better than one lamp does.
+    /// A ball of grey clay with a dull highlight and a rim. It is lit by a broad lamp at the upper left, a
+    /// bluish sky and a warm ground. This shows a surface's form better than one lamp.
     pub fn clay() -> Self {
         let key = vec3(-0.5, 0.65, 0.58).normalize();
-        // Between the lamp and the viewer, who is far away.
+        // The direction half-way between the lamp and the viewer, who is far away.
         let half = (key + Vec3::Z).normalize();
         let light = |n: Vec3| {
             // A broad lamp reaches around the ball's edge.
@@ -27,7 +27,7 @@ impl Picture {
         for row in 0..SIZE {
             for column in 0..SIZE {
                 let (x, y) = (at(column), -at(row));
-                // Around the ball it goes on as at its edge.
+                // Outside the ball the colours continue those of its edge.
                 let across = (x * x + y * y).sqrt().max(1.0);
                 let (x, y) = (x / across, y / across);
                 let n = vec3(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());

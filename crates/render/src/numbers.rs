@@ -13,7 +13,7 @@ pub struct Strains {
 }
 
 impl Strains {
-    /// For a mesh whose V vertices are at `rest`. An edge that has no length there counts for nothing.
+    /// For a mesh whose V vertices are at `rest`. An edge without length there is left out.
     pub fn new(faces: &Faces, rest: &[[f32; 3]]) -> Self {
         let length = |edge: [u32; 2]| {
             let [a, b] = edge.map(|v| Vec3::from(rest[v as usize]));
@@ -24,12 +24,12 @@ impl Strains {
         Self { edges: edges.collect(), vertices: rest.len() }
     }
 
-    /// At each vertex the mean over its edges of ‖e‖/‖e₀‖ − 1, signed: 0.1 where they are a tenth longer than at rest; 0 without an
-    /// edge. `positions` are V × 3.
+    /// The mean of ‖e‖/‖e₀‖ − 1 over the edges of each vertex. It is signed: 0.1 where the edges are a tenth
+    /// longer than at rest. It is 0 without an edge. `positions` are V × 3.
     ///
     /// # Panics
     /// If there are fewer positions.
-    pub fn of(&self, positions: &[f32]) -> Vec<f32> {
+    pub fn measure(&self, positions: &[f32]) -> Vec<f32> {
         let (points, _) = positions.as_chunks::<3>();
         let (mut strains, mut counts) = (vec![0.0_f32; self.vertices], vec![0_u32; self.vertices]);
         for &(edge, rest) in &self.edges {
@@ -59,16 +59,16 @@ mod tests {
 
     #[test]
     fn strains_by_hand() {
-        // A quad of 3 by 4 and a vertex of no face.
+        // A quad of 3 by 4, and a vertex without a face.
         let rest = [[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 4.0, 0.0], [0.0, 4.0, 0.0], [9.0; 3]];
         let strains = Strains::new(&Faces { counts: vec![4], indices: vec![0, 1, 2, 3] }, &rest);
-        assert_eq!(strains.of(rest.as_flattened()), [0.0; 5]);
-        // The lower edge is a third longer; of the two edges beside it, the right one goes from 4 to √17.
+        assert_eq!(strains.measure(rest.as_flattened()), [0.0; 5]);
+        // The lower edge is a third longer. The right edge grows from 4 to √17.
         let mut moved = rest;
         moved[1][0] = 4.0;
         let right = 17.0_f32.sqrt() / 4.0 - 1.0;
         let expected = [1.0 / 6.0, 0.5 * (1.0 / 3.0 + right), 0.5 * right, 0.0, 0.0];
-        for (found, expected) in strains.of(moved.as_flattened()).into_iter().zip(expected) {
+        for (found, expected) in strains.measure(moved.as_flattened()).into_iter().zip(expected) {
             assert!((found - expected).abs() < 1e-6, "{found}, expected {expected}");
         }
         assert_eq!(distances(rest.as_flattened(), moved.as_flattened(), 10.0), [0.0, 10.0, 0.0, 0.0, 0.0]);

@@ -11,24 +11,25 @@ pub struct Offscreen {
     device: wgpu::Device,
     queue: wgpu::Queue,
     size: [u32; 2],
-    /// Several samples a pixel, and one.
+    /// The texture with several samples for each pixel.
     fine: wgpu::TextureView,
     color: wgpu::Texture,
     depth: wgpu::TextureView,
 }
 
 impl Offscreen {
-    /// What a [`crate::Renderer`] has to be made for.
+    /// The target for which a [`crate::Renderer`] has to be made.
     pub const TARGET: Target = Target {
         color: wgpu::TextureFormat::Rgba8UnormSrgb,
         depth: wgpu::TextureFormat::Depth32Float,
         samples: 4,
     };
 
-    /// Of `size` pixels, width and height.
+    /// A texture of `size` pixels, width and height.
     ///
     /// # Errors
-    /// [`Error::Input`] if the device has no pictures of that size; [`Error::Device`], as for want of memory.
+    /// [`Error::Input`] if the device has no textures of that size; [`Error::Device`], such as for lack of
+    /// memory.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, size: [u32; 2]) -> Result<Self> {
         let [width, height] = size;
         let most = device.limits().max_texture_dimension_2d;
@@ -76,7 +77,7 @@ impl Offscreen {
         self.size[0] as f32 / self.size[1] as f32
     }
 
-    /// What `draw` draws over a `background`, as pictures have it. Waits for it.
+    /// Runs `draw` over a `background`, whose colour is as in pictures. Waits, and gives the picture.
     ///
     /// # Errors
     /// As `draw`; [`Error::Device`].
@@ -90,12 +91,14 @@ impl Offscreen {
         Picture::read(&self.device, &self.queue, &self.color)
     }
 
-    /// The texture that it draws into, of the color format of [`Offscreen::TARGET`], which can be copied from.
+    /// The texture into which it draws. It has the color format of [`Offscreen::TARGET`], and can be copied
+    /// from.
     pub fn texture(&self) -> &wgpu::Texture {
         &self.color
     }
 
-    /// What `draw` draws over a `background`, for who uses the [texture](Offscreen::texture) on the device: nothing is read, and nothing waited for.
+    /// Runs `draw` over a `background`, for callers that use the [texture](Offscreen::texture) on the device.
+    /// It reads nothing back, and does not wait.
     ///
     /// # Errors
     /// As `draw`; [`Error::Device`].
@@ -138,8 +141,8 @@ impl Offscreen {
 }
 
 impl Picture {
-    /// What has been drawn into `texture`, of the format `Rgba8UnormSrgb` and with the usage `COPY_SRC`, by what was submitted to
-    /// `queue` before. Waits for it.
+    /// Reads the picture in `texture`, which has the format `Rgba8UnormSrgb` and the usage `COPY_SRC`. Work
+    /// that was submitted to `queue` before is included. Waits for it.
     ///
     /// # Errors
     /// [`Error::Device`].
@@ -148,7 +151,7 @@ impl Picture {
         pollster::block_on(Self::read_async(device, queue, texture))
     }
 
-    /// [`Picture::read`] for browsers, where nobody can wait. Elsewhere it waits within the first poll.
+    /// [`Picture::read`] for browsers, which do not allow waiting. Elsewhere it waits within the first poll.
     ///
     /// # Errors
     /// [`Error::Device`].
@@ -181,7 +184,7 @@ impl Picture {
     }
 }
 
-/// Bytes of a row as devices copy them.
+/// The bytes of a row in copies on devices.
 fn row_bytes(width: u32) -> u32 {
     (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT)
 }

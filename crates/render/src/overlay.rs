@@ -4,10 +4,10 @@ use crate::camera::Camera;
 use crate::target::Target;
 use rhytid_core::{Result, human};
 
-/// A line with round ends, of the same width at any distance; one without length is a dot.
+/// A line with round ends, of the same width at any distance. A line without length is a dot.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mark {
-    /// From where to where, in mesh units.
+    /// The two ends, in mesh units.
     pub ends: [[f32; 3]; 2],
     /// Linear red, green and blue, 0 to 1.
     pub colour: [f32; 3],
@@ -27,7 +27,7 @@ const FLOATS: usize = 10;
 /// Words of the uniforms: two matrices, the picture's size in pixels and the lift.
 const UNIFORM_WORDS: usize = 16 + 16 + 4;
 
-/// Draws marks over what is in a pass.
+/// Draws marks over the contents of a pass.
 #[derive(Debug)]
 pub struct Overlay {
     device: wgpu::Device,
@@ -63,11 +63,13 @@ impl Overlay {
         })
     }
 
-    /// What the next pass shows, seen by `camera` in a picture of `size` pixels. Marks are `lift` mesh units nearer than they are, so
-    /// that those on the skin are not half in it; what is farther behind the skin than that is hidden. Later ones are over earlier ones.
+    /// Sets the marks of the next pass, seen by `camera` in a picture of `size` pixels. Marks are drawn
+    /// `lift` mesh units nearer to the camera than they are. So marks on the skin are not half hidden in it.
+    /// Marks farther behind the skin than `lift` are hidden. Later marks are over earlier ones.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`] if they are too many for the device; [`rhytid_core::Error::Device`], for want of memory.
+    /// [`rhytid_core::Error::Input`] if there are too many marks for the device;
+    /// [`rhytid_core::Error::Device`], for lack of memory.
     pub fn show(&mut self, camera: &Camera, size: [u32; 2], lift: f32, marks: &[Mark]) -> Result<()> {
         let [width, height] = size.map(|n| n as f32);
         let mut words = Vec::with_capacity(UNIFORM_WORDS);
@@ -96,7 +98,7 @@ impl Overlay {
         Ok(())
     }
 
-    /// Draws them into a pass, after what they may be hidden by.
+    /// Draws the marks into a pass. Surfaces that may hide them must be drawn before.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);

@@ -2,7 +2,7 @@
 
 use rhytid_core::{Faces, Result, Rig};
 
-/// Red, green and blue of teeth and eyeballs, linear: a shade of white, since nothing says more of them.
+/// Linear red, green and blue of teeth and eyeballs: a shade of white, since the rig has no colours.
 const WHITE: [f32; 3] = [0.62, 0.60, 0.55];
 
 /// The smallest vertex of each vertex's connected part.
@@ -24,12 +24,13 @@ fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
     (0..vertices as u32).map(|v| root(&mut of, v)).collect()
 }
 
-/// Albedos of V vertices, linear: `skin`, but for what moves as a solid and has no handle, which is taken for teeth and eyes.
+/// Linear albedos of V vertices. All have `skin`, except for rigid parts without a handle, which are assumed
+/// to be teeth and eyes.
 pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     let Some(learned) = rig.learned() else { return vec![skin; rig.vertices()] };
     let parts = parts(rig.vertices(), &rig.surface().faces);
     let row = |v: usize| (learned.anchors.row(v), learned.anchor_weights.row(v));
-    // A solid listens to the same anchors everywhere, and to nothing else.
+    // All vertices of a rigid part are influenced by the same anchors, and by nothing else.
     let listens_alone = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
     let mut solid: Vec<bool> = (0..rig.vertices()).map(listens_alone).collect();
     for (v, &part) in parts.iter().enumerate() {
@@ -43,10 +44,11 @@ pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     parts.iter().map(|&part| if solid[part as usize] { WHITE } else { skin }).collect()
 }
 
-/// The rig without the polygons and triangles whose connected parts have any of these `vertices`: they are not drawn.
+/// The rig without the polygons and triangles of connected parts that have any of these `vertices`, so that
+/// they are not drawn.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] if nothing is left.
+/// [`rhytid_core::Error::Input`] if no polygon would remain.
 ///
 /// # Panics
 /// If the rig has no such vertex.
@@ -78,7 +80,7 @@ pub fn hide_parts(rig: Rig, vertices: &[usize]) -> Result<Rig> {
     Rig::new(rig)
 }
 
-/// Those that are seen.
+/// Keeps the elements that are seen.
 fn keep<T>(all: &mut Vec<T>, seen: &[bool]) {
     let mut seen = seen.iter();
     all.retain(|_| seen.next().is_none_or(|seen| *seen));
@@ -89,7 +91,8 @@ mod tests {
     use super::*;
     use rhytid_core::NoProgress;
 
-    /// The demo's face, and behind it a block, whose corners move as one with the face's first handle in each example.
+    /// The demo's face with a block behind it. In each example, all corners of the block move with the face's
+    /// first handle.
     fn rig() -> Rig {
         let mut face = rhytid_demo::face(2_000);
         let first = face.neutral.positions.len() as u32;

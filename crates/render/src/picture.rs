@@ -2,7 +2,8 @@
 
 use rhytid_core::{Error, Result};
 
-/// Rows from the top, red, green, blue and opacity of 8 bits, in sRGB, not multiplied by the opacity.
+/// A picture. Rows begin at the top. A pixel has 8 bits each of red, green, blue and opacity, in sRGB.
+/// Colours are not multiplied by the opacity.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
     /// Width and height in pixels.
@@ -17,7 +18,8 @@ impl Picture {
         Self { size, pixels: colour.repeat(size[0] as usize * size[1] as usize) }
     }
 
-    /// From what a device has drawn, whose linear colours are multiplied by the opacity before they become sRGB.
+    /// From pixels that a device has drawn. Their linear colours were multiplied by the opacity, and then
+    /// converted to sRGB.
     pub(crate) fn from_multiplied(size: [u32; 2], mut pixels: Vec<u8>) -> Self {
         for pixel in pixels.as_chunks_mut::<4>().0 {
             let opacity = f32::from(pixel[3]) / 255.0;
@@ -30,17 +32,19 @@ impl Picture {
         Self { size, pixels }
     }
 
-    /// Red, green, blue and opacity, to the right and down from the upper left corner.
+    /// Red, green, blue and opacity of the pixel that is x to the right and y down from the upper left
+    /// corner.
     ///
     /// # Panics
-    /// If it is outside.
+    /// If the pixel is outside the picture.
     pub fn pixel(&self, [x, y]: [u32; 2]) -> [u8; 4] {
         assert!(x < self.size[0] && y < self.size[1], "{x}, {y} is outside of {:?}", self.size);
         let at = 4 * (y as usize * self.size[0] as usize + x as usize);
         std::array::from_fn(|i| self.pixels[at + i])
     }
 
-    /// Puts `other` into the picture, its upper left corner at `at`; what would be outside is left out.
+    /// Copies `other` into the picture, with its upper left corner at `at`. Pixels outside the picture are
+    /// left out.
     pub fn put(&mut self, other: &Self, at: [u32; 2]) {
         let width = other.size[0].min(self.size[0].saturating_sub(at[0])) as usize;
         let height = other.size[1].min(self.size[1].saturating_sub(at[1]));

@@ -1,10 +1,10 @@
-//! What is on a device, on the host.
+//! Copies from a device to the host.
 
 use futures_channel::oneshot;
 use rhytid_core::{DeviceErrorKind, Error, Result};
 
-/// The bytes of a buffer with the usage `MAP_READ`, once what was submitted before is done. Outside of browsers it waits within the first
-/// poll.
+/// The bytes of a buffer with the usage `MAP_READ`, after all work that was submitted before. Outside of
+/// browsers it waits within the first poll.
 pub(crate) async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer, doing: &str) -> Result<Vec<u8>> {
     let failed = |what: String| Error::Device {
         kind: DeviceErrorKind::Driver,
@@ -13,7 +13,7 @@ pub(crate) async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer, doing: 
     };
     let (sender, is_mapped) = oneshot::channel();
     buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-        // Nobody may be waiting any more.
+        // The receiver may be gone.
         let _ = sender.send(result);
     });
     if cfg!(not(target_arch = "wasm32")) {
@@ -25,8 +25,8 @@ pub(crate) async fn mapped(device: &wgpu::Device, buffer: &wgpu::Buffer, doing: 
     Ok(bytes)
 }
 
-/// The floats of a part of a buffer with the usage `COPY_SRC`, as what was submitted before has left them. Outside of browsers it waits
-/// within the first poll.
+/// The floats of a part of a buffer with the usage `COPY_SRC`, after all work that was submitted before.
+/// Outside of browsers it waits within the first poll.
 ///
 /// # Errors
 /// [`Error::Device`].

@@ -26,20 +26,21 @@ pub struct Renderer {
     images: Images,
     matcap: wgpu::BindGroup,
     textured: Option<Textured>,
-    /// Smooth, Gouraud, flat, what is behind a wire, heat, lit heat, wire, matcap.
+    /// Smooth, Gouraud, flat, the surface behind a wireframe, heat, lit heat, wire, matcap.
     pipelines: [wgpu::RenderPipeline; 8],
     triangles: wgpu::Buffer,
     edges: wgpu::Buffer,
-    /// What [`Renderer::draw`] draws.
+    /// The look that [`Renderer::draw`] draws.
     look: Look,
 }
 
 impl Renderer {
-    /// For passes that draw a mesh into `target`: the polygons `faces`, whose edges are its wires, and their `triangles`, as a rig has
-    /// both.
+    /// For passes that draw a mesh into `target`. The mesh has the polygons `faces`, whose edges are the
+    /// wires, and their `triangles`, as in a rig.
     ///
     /// # Errors
-    /// [`Error::Input`] if the mesh is too large for `device`; [`Error::Device`] if it refuses, as for want of memory.
+    /// [`Error::Input`] if the mesh is too large for `device`; [`Error::Device`] if the device refuses, such
+    /// as for lack of memory.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -106,10 +107,11 @@ impl Renderer {
         })
     }
 
-    /// The ball that [`Look::Matcap`] shows, which fills the picture.
+    /// Sets the ball for [`Look::Matcap`]. The ball must fill the picture.
     ///
     /// # Errors
-    /// [`Error::Input`] if it is too large for the device; [`Error::Device`], as for want of memory.
+    /// [`Error::Input`] if the picture is too large for the device; [`Error::Device`], such as for lack of
+    /// memory.
     pub fn set_matcap(&mut self, ball: &Picture) -> Result<()> {
         self.takes(ball)?;
         let group = || self.images.group(&self.device, &self.queue, ball);
@@ -117,11 +119,12 @@ impl Renderer {
         Ok(())
     }
 
-    /// The images that [`Look::Textured`] shows, on the mesh that the renderer was made for.
+    /// Sets the images for [`Look::Textured`], on the mesh that the renderer was made for.
     ///
     /// # Errors
-    /// [`Error::Input`] if the surface is not that of one mesh, or an image is too large for the device; [`Error::Device`], as for want of memory, or where vertices cannot be read
-    /// from storage buffers.
+    /// [`Error::Input`] if the parts of the surface do not belong to one mesh, or an image is too large for
+    /// the device. Gives [`Error::Device`] if the device refuses, such as for lack of memory, or if its
+    /// vertex shaders cannot read storage buffers.
     pub fn set_textures(&mut self, surface: Surface<'_>) -> Result<()> {
         surface.images.iter().flatten().try_for_each(|image| self.takes(image))?;
         let corners = surface.corners()?;
@@ -150,8 +153,9 @@ impl Renderer {
         crate::allowed(&what, &limits, "make it smaller")
     }
 
-    /// What the next pass shows, seen by `camera` in a picture whose width is `aspect` times its height. What has been submitted
-    /// is drawn as it was; two looks in one submission would both be the later one.
+    /// Sets what the next pass shows, seen by `camera` in a picture whose width is `aspect` times its height.
+    /// Work that was submitted before does not change. Within one submission, all passes show the last look
+    /// that was set.
     pub fn show(&mut self, camera: &Camera, aspect: f32, look: Look) {
         let to_camera = camera.view();
         let mut words = Vec::with_capacity(UNIFORM_WORDS);
@@ -173,7 +177,7 @@ impl Renderer {
     /// Draws a frame into a pass whose attachments are the [`Target`] that the renderer was made for.
     ///
     /// # Errors
-    /// [`Error::Input`] if numbers or textures are to be shown and there are none.
+    /// [`Error::Input`] if the look needs numbers or textures, and there are none.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Vertices<'_>) -> Result<()> {
         pass.set_bind_group(0, &self.group, &[]);
         if self.look == Look::Textured {
@@ -273,7 +277,7 @@ fn pipelines(
             },
             depth_stencil: Some(wgpu::DepthStencilState {
                 bias: match is_behind {
-                    // Behind the wires on it.
+                    // The surface lies slightly behind the wires on it.
                     true => wgpu::DepthBiasState { constant: 2, slope_scale: 1.5, clamp: 0.0 },
                     false => wgpu::DepthBiasState::default(),
                 },

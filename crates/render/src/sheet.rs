@@ -12,7 +12,7 @@ const MOST: u64 = 1 << 28;
 const PAPER: [u8; 3] = [28, 30, 34];
 const INK: [u8; 3] = [222, 224, 228];
 
-/// Pictures of one size in rows, with a line of words below each, and at the foot the legends of what they show.
+/// Pictures of one size in rows. Each has a line of text below it. Legends of the colours are at the foot.
 #[derive(Debug)]
 pub struct Sheet {
     page: Picture,
@@ -22,19 +22,20 @@ pub struct Sheet {
 }
 
 impl Sheet {
-    /// The colour of a page, as pictures have it.
+    /// The colour of a page, as in pictures.
     pub const PAPER: [u8; 4] = [PAPER[0], PAPER[1], PAPER[2], 255];
 
-    /// A page for `count` pictures of `size` pixels, and `legends`: what the colours mean, and its name with the unit.
+    /// A page for `count` pictures of `size` pixels, with `legends`. A legend has the colours, and a name
+    /// with the unit.
     ///
     /// # Errors
     /// [`Error::Input`] if the page would have more than 268 million pixels.
     pub fn new(count: u32, size: [u32; 2], legends: &[(Heat, &str)]) -> Result<Self> {
         let cell = [size[0].saturating_add(GAP), size[1].saturating_add(LINE + GAP)];
-        // About as wide as a screen.
+        // This makes the page about as wide as a screen.
         let ideal = (f64::from(count) * f64::from(cell[1]) / f64::from(cell[0]) * 1.6).sqrt().round();
         let rows = count.div_ceil((ideal as u32).max(1)).max(1);
-        // With as few empty places in the last row as can be.
+        // The last row has as few empty places as possible.
         let columns = count.div_ceil(rows).max(1);
         let foot = if legends.is_empty() { 0 } else { LEGEND[1] + LINE + GAP };
         let least = GAP + legends.len() as u32 * (LEGEND[0] + 4 * GAP);
@@ -56,7 +57,7 @@ impl Sheet {
         Ok(Self { page, cell, columns, next: 0 })
     }
 
-    /// Puts the next picture on the page, with `words` below it.
+    /// Adds the next picture to the page, with `words` below it.
     pub fn add(&mut self, picture: &Picture, words: &str) {
         let [column, row] = [self.next % self.columns, self.next / self.columns];
         self.next += 1;

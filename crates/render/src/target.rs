@@ -1,18 +1,20 @@
 //! The attachments of a pass.
 
-/// What a pass draws into.
+/// The attachments into which a pass draws.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Target {
-    /// Of the colour attachment; colours are written linear, so an sRGB format shows them right.
+    /// The format of the colour attachment. Shaders write linear colours, so an sRGB format shows them
+    /// correctly.
     pub color: wgpu::TextureFormat,
-    /// Of the depth attachment, cleared to 1.
+    /// The format of the depth attachment, which is cleared to 1.
     pub depth: wgpu::TextureFormat,
     /// Samples for each pixel of both.
     pub samples: u32,
 }
 
 impl Target {
-    /// What is farther than what is there is not drawn; whether what is drawn hides what comes later.
+    /// Pixels farther than those that are already there are not drawn. `hides` says whether drawn pixels hide
+    /// later ones.
     pub(crate) fn depth_test(self, hides: bool) -> wgpu::DepthStencilState {
         wgpu::DepthStencilState {
             format: self.depth,

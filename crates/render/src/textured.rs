@@ -10,22 +10,23 @@ use rhytid_core::{Error, Faces, Materials, Result, Uvs};
 use std::num::NonZeroU64;
 use std::ops::Range;
 
-/// The images of a mesh, and where on them its corners are.
+/// The images of a mesh, and the places of its corners on them.
 #[derive(Debug, Clone, Copy)]
 pub struct Surface<'a> {
     /// The polygons.
     pub faces: &'a Faces,
     /// Their triangles, as a rig has them.
     pub triangles: &'a [[u32; 3]],
-    /// Where each corner is on its image.
+    /// The place of each corner on its image.
     pub uvs: &'a Uvs,
-    /// Which face has which material, if there are any.
+    /// The material of each face, if there are materials.
     pub materials: Option<&'a Materials>,
-    /// An image for each of the materials; where there are none, one for all faces. What has none has the colour of [`crate::Look::Smooth`].
+    /// An image for each material. Without materials, one image for all faces. Faces without an image have
+    /// the colour of [`crate::Look::Smooth`].
     pub images: &'a [Option<Picture>],
 }
 
-/// A corner as the shader takes it.
+/// A corner as the shader reads it.
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Corner {
@@ -34,7 +35,7 @@ pub(crate) struct Corner {
 }
 
 impl Surface<'_> {
-    /// The corners of the triangles of each image, and last of those that have none.
+    /// The corners of the triangles of each image. The last list is of triangles without an image.
     ///
     /// # Errors
     /// [`Error::Input`] if the parts do not belong together.
@@ -77,18 +78,19 @@ impl Surface<'_> {
     }
 }
 
-/// What draws them.
+/// Draws a mesh with its images.
 #[derive(Debug)]
 pub(crate) struct Textured {
     pipeline: wgpu::RenderPipeline,
     frame: wgpu::BindGroupLayout,
     corners: wgpu::Buffer,
-    /// Which of the corners have which image.
+    /// The range of corners for each image.
     images: Vec<(Range<u32>, wgpu::BindGroup)>,
 }
 
 impl Textured {
-    /// `layouts` are those of the view and of an image; `corners` are those of each of the images, and of what has none.
+    /// `layouts` are those of the view and of an image. `corners` has a list for each image, and one for
+    /// triangles without an image.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -138,7 +140,7 @@ impl Textured {
         }
     }
 
-    /// Draws a frame; the view is set.
+    /// Draws a frame. The view must be set.
     pub(crate) fn draw(
         &self,
         device: &wgpu::Device,

@@ -5,7 +5,7 @@
 pub struct Vertices<'a> {
     /// V × 3 floats, in mesh units.
     pub positions: wgpu::BufferSlice<'a>,
-    /// V × 3 floats, lengths 1.
+    /// V × 3 floats: normals of length 1.
     pub normals: wgpu::BufferSlice<'a>,
     /// V floats, for [`crate::Look::Heat`] and [`crate::Look::LitHeat`].
     pub numbers: Option<wgpu::BufferSlice<'a>>,

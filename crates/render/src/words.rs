@@ -1,4 +1,4 @@
-//! Words and legends in pictures.
+//! Text and legends in pictures.
 
 use crate::heat::Heat;
 use crate::picture::Picture;
@@ -12,22 +12,23 @@ use std::convert::Infallible;
 /// Height of a line of words, in pixels.
 pub const LINE: u32 = 24;
 
-/// Room that a legend takes, in pixels.
+/// The size of a legend, in pixels.
 pub const LEGEND: [u32; 2] = [300, 2 * LINE + 8];
 
-/// Where words are beside their place.
+/// How text is aligned with its place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
-    /// They begin there.
+    /// The text begins there.
     Left,
-    /// Their middle is there.
+    /// The middle of the text is there.
     Center,
-    /// They end there.
+    /// The text ends there.
     Right,
 }
 
 impl Picture {
-    /// Writes a line of Latin-1 letters of 10 × 20 pixels, whose top is at `at`; what would be outside is left out.
+    /// Writes a line of Latin-1 letters of 10 × 20 pixels, whose top is at `at`. Pixels outside the picture
+    /// are left out.
     pub fn write(&mut self, words: &str, at: [i32; 2], anchor: Anchor, colour: [u8; 3]) {
         let [r, g, b] = colour;
         let font = MonoTextStyle::new(&FONT_10X20, Rgb888::new(r, g, b));
@@ -43,7 +44,8 @@ impl Picture {
         let _ = Text::with_text_style(words, Point::new(at[0], at[1]), font, style).draw(self);
     }
 
-    /// Draws the colours of `heat` as a bar of [`LEGEND`] pixels with its numbers below, and `title` with its unit above.
+    /// Draws the colours of `heat` as a bar of [`LEGEND`] pixels with its numbers below, and `title` with its
+    /// unit above.
     pub fn legend(&mut self, heat: Heat, title: &str, at: [u32; 2], colour: [u8; 3]) {
         let [width, height] = LEGEND;
         let [low, high] = heat.range();

@@ -5,16 +5,17 @@ use crate::Picture;
 /// BT.709's weights of red and blue in luma.
 const RED: f32 = 0.2126;
 const BLUE: f32 = 0.0722;
-/// What limited range leaves of 255, for luma and for colour differences.
+/// The part of 255 that limited range uses, for luma and for colour differences.
 const LUMA: f32 = 219.0 / 255.0;
 const CHROMA: f32 = 224.0 / 255.0;
 
-/// The planes of one picture after the other, by BT.709 in limited range: luma, then the differences of blue and of red to it, at half
-/// the resolution (4:2:0), rounded up, each beside the left of its four pixels as in MPEG-2.
+/// Converts one picture after another to planes, by BT.709 in limited range. The planes are luma, and the
+/// differences of blue and of red to it. The differences have half the resolution (4:2:0), rounded up. As in
+/// MPEG-2, each difference sits beside the left column of its four pixels.
 pub(crate) struct Yuv {
     size: [usize; 2],
     luma: Vec<u8>,
-    /// Differences to luma of each pixel in a row, of blue and of red, summed over two rows.
+    /// The differences of blue and of red to luma for each pixel of a row, summed over two rows.
     rows: [Vec<f32>; 2],
     chroma: [Vec<u8>; 2],
 }
@@ -37,13 +38,13 @@ impl Yuv {
         self.size.map(|side| side as u32)
     }
 
-    /// Each plane and its width. The picture is of that size.
+    /// Each plane and its width. The picture must have the size given to [`Yuv::new`].
     pub(crate) fn planes(&mut self, picture: &Picture) -> [(&[u8], usize); 3] {
         let [width, height] = self.size;
         let half = width.div_ceil(2);
         for top in (0..height).step_by(2) {
             self.rows.iter_mut().for_each(|row| row.fill(0.0));
-            // The last row of an odd number counts twice.
+            // If the number of rows is odd, the last row counts twice.
             for y in [top, (top + 1).min(height - 1)] {
                 let pixels = &picture.pixels[4 * y * width..4 * (y + 1) * width];
                 let luma = &mut self.luma[y * width..(y + 1) * width];
@@ -98,7 +99,7 @@ mod tests {
 
     #[test]
     fn differences_are_where_the_left_pixels_are() {
-        // One red column of a black picture: the pixel itself counts a half, a neighbour a quarter.
+        // A black picture with one red column. A pixel itself counts a half, and each neighbour a quarter.
         let at = |column: u32| {
             let mut picture = Picture::filled([8, 2], [0, 0, 0, 255]);
             picture.put(&Picture::filled([1, 2], [255, 0, 0, 255]), [column, 0]);

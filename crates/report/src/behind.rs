@@ -1,10 +1,12 @@
-//! Which points a face hides.
+//! Points that a face hides.
 
 use glam::Vec3;
 use rhytid_render::Camera;
 
-/// Which of `points` a mesh of `positions` and `triangles` hides from `camera` in a picture of `size` pixels, each taken for `lift` mesh units
-/// nearer than it is. What is nowhere is not hidden.
+/// Whether a mesh hides each of `points` from `camera` in a picture of `size` pixels.
+///
+/// The mesh has `positions` and `triangles`. Each point counts as `lift` mesh units nearer than it is. A
+/// point outside the picture is not hidden.
 pub(crate) fn behind(
     camera: &Camera,
     size: [u32; 2],
@@ -31,7 +33,7 @@ pub(crate) fn behind(
             let area = (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]);
             let u = ((x - a[0]) * (c[1] - a[1]) - (y - a[1]) * (c[0] - a[0])) / area;
             let v = ((b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0])) / area;
-            // Depths as a device has them are linear in a picture.
+            // A device's depths are linear across a picture.
             *is_behind |=
                 u >= 0.0 && v >= 0.0 && u + v <= 1.0 && a[2] + u * (b[2] - a[2]) + v * (c[2] - a[2]) < depth;
         }
@@ -63,7 +65,7 @@ mod tests {
             behind(&camera, [200, 200], &square, &triangles, 0.1, &points)
         };
         assert_eq!(behind(0.0), [false, false, true, false, false, false]);
-        // From the other side it is the other way round.
+        // From the other side, the other points are hidden.
         assert_eq!(behind(180.0), [true, false, false, false, false, false]);
         assert!(
             super::behind(

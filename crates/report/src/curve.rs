@@ -3,15 +3,18 @@
 /// A piece of a curve: time and value.
 pub(crate) type Piece = Vec<[f64; 2]>;
 
-/// The curve in pieces without gaps, with at most two points in each of `columns` equal parts of `span`: the least and the
-/// greatest there, in the order in which they come, so that no peak is lost. Values that are not finite are gaps; times increase.
+/// The curve in pieces without gaps, thinned to at most two points in each of `columns` equal parts of
+/// `span`.
+///
+/// These points are the least and the greatest of a part, in the order in time, so no peak is lost. Values
+/// that are not finite are gaps. The times increase.
 pub(crate) fn thin(samples: impl Iterator<Item = [f64; 2]>, span: [f64; 2], columns: usize) -> Vec<Piece> {
     let [start, end] = span;
     let per_second = columns as f64 / (end - start);
     let column_of = |time: f64| ((time - start) * per_second).clamp(0.0, columns as f64 - 1.0) as usize;
     let mut pieces = Vec::new();
     let mut piece = Piece::new();
-    // The column that is being gathered, and its least and greatest sample.
+    // The current column, and its least and greatest sample.
     let mut open: Option<(usize, [f64; 2], [f64; 2])> = None;
     for sample in samples {
         if !sample[1].is_finite() {
@@ -47,7 +50,8 @@ fn flush(piece: &mut Piece, open: Option<(usize, [f64; 2], [f64; 2])>) {
     }
 }
 
-/// The stretches of time in which a condition holds: first and last time of each run, runs closer than `least` joined.
+/// The spans of time in which a condition holds: the first and last time of each run. Runs that are closer
+/// than `least` are joined.
 pub(crate) fn stretches(samples: impl Iterator<Item = (f64, bool)>, least: f64) -> Vec<[f64; 2]> {
     let mut out: Vec<[f64; 2]> = Vec::new();
     for (time, holds) in samples {

@@ -1,4 +1,4 @@
-//! The page of an evaluation: how good a rig is, and where not.
+//! The page of an evaluation: the quality of a rig, and where it is low.
 
 use crate::document::document;
 use crate::map::{self, figures};
@@ -10,18 +10,18 @@ use rhytid_core::{Error, Result, Rig, human};
 use rhytid_evaluate::{Comparison, Errors, Evaluation, LeaveOneOut, Map, RegionError, Subject};
 use std::path::Path;
 
-/// Regions that are named for one example.
+/// The number of regions that are named for one example.
 const NAMED: usize = 3;
 
-/// Regions that are listed at once.
+/// The number of regions that are listed at first.
 const REGIONS: usize = 10;
 
-/// Writes `evaluation.html` and `evaluation.json` to the folder `dir`, which is made if it is not there. `maps` are of `rig`.
-/// Without a `painter` the page has a sentence in place of them.
+/// Writes `evaluation.html` and `evaluation.json` to the folder `dir`, which is created if necessary. `maps`
+/// are of `rig`. Without a `painter`, the page has a sentence in place of the maps.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw;
-/// [`Error::Internal`] if a map has other vertices than the rig.
+/// [`Error::Io`] if a file cannot be written. [`Error::Device`] and [`Error::Input`] if the painter cannot
+/// draw. [`Error::Internal`] if a map has other vertices than the rig.
 pub fn write_evaluation(
     dir: &Path,
     found: &Evaluation,
@@ -79,7 +79,7 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) 
     Ok(document(&found.name, &about, &main))
 }
 
-/// The maps of examples that are left out, of noise and of the truth, each on one scale.
+/// The maps of left-out examples, of noise and of the truth. Each kind has one scale.
 fn drawn(maps: &[Map], rig: &Rig, painter: &Painter) -> Result<[Markup; 3]> {
     let subjects = [Subject::LeaveOneOut, Subject::Noise, Subject::Truth];
     let of = |subject| maps.iter().filter(move |map| map.subject == subject);
@@ -126,7 +126,7 @@ fn methods(comparisons: &[Comparison]) -> Markup {
     }
 }
 
-/// The RMS of each region by each method; the regions in the order of the first one's.
+/// The RMS error of each region by each method. The regions are in the order of the first method's.
 fn method_regions(comparisons: &[Comparison]) -> Markup {
     let Some(first) = comparisons.first() else { return html! {} };
     let of = |errors: &Errors, region: &str| {

@@ -1,11 +1,11 @@
-//! The tables: what was changed, and which marker of the file is which handle.
+//! The tables of changes, and of the marker of each handle.
 
 use maud::{Markup, html};
 use rhytid_capture::{Event, Kind, Report};
 use rhytid_core::human;
 use std::collections::BTreeMap;
 
-/// Rows shown of one kind of event; a browser is slow with more, and nobody reads them.
+/// The most rows of one kind of event: a browser is slow with more, and nobody reads them.
 const SHOWN: usize = 1000;
 
 /// Every event, in the report's order.
@@ -66,7 +66,7 @@ fn row(event: &Event, report: &Report) -> Markup {
     }
 }
 
-/// The marker of each handle, and the labels of no use.
+/// The marker of each handle, and the unused labels.
 pub(crate) fn mapping(report: &Report) -> Markup {
     let found = &report.setup;
     html! {

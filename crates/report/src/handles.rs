@@ -8,17 +8,20 @@ use std::path::Path;
 
 const SIZE: [u32; 2] = [520, 640];
 
-/// From the face's right, the front and its left, in degrees.
+/// The views from the face's right, the front and its left, in degrees.
 const VIEWS: [f32; 3] = [-50.0, 0.0, 50.0];
 
-/// Handles that are fine, those to look at, and where markers were laid: linear red, green and blue.
+/// The colours of good handles, of doubtful handles, and of places of markers: linear red, green and blue.
 const COLOURS: [[f32; 3]; 3] = [[0.01, 0.16, 0.72], [0.72, 0.02, 0.01], [0.96, 0.51, 0.01]];
 
-/// Writes a PNG of the neutral from three sides with its handles as dots: red where `doubtful` says so, blue elsewhere; and where the markers
-/// were laid, if there are any, in yellow. What the face hides is not shown.
+/// Writes a PNG of the neutral from three sides, with its handles as dots.
+///
+/// Handles are red where `doubtful` says so, and blue elsewhere. The places of markers, if there are any, are
+/// yellow. Dots that the face hides are not shown.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the mesh is too large for the device.
+/// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the mesh is
+/// too large for the device.
 pub fn write_handles(
     path: &Path,
     face: &Face,
@@ -36,7 +39,7 @@ pub fn write_handles(
         (at, COLOURS[usize::from(is_doubtful)], 9.0)
     });
     let of_markers = markers.iter().map(|marker| (single(marker), COLOURS[2], 6.0));
-    // A dark rim tells dots on light and on dark skin.
+    // A dark rim makes dots visible on light and on dark skin.
     let dot = |(at, colour, width): ([f32; 3], [f32; 3], f32)| {
         [Mark::dot(at, colour.map(|x| 0.1 * x), width), Mark::dot(at, colour, width - 2.5)]
     };

@@ -1,7 +1,10 @@
-//! Pages that need nothing else, with the same as JSON: of a clean-up, what it found in a raw take and did to it ([`write()`],
-//! `docs/report.md`); of an evaluation, how good a rig is and where not ([`write_evaluation`],
-//! `docs/evaluate.md`); of a plan, which frames to scan ([`write_plan`], `docs/coverage.md`); of a
-//! transfer, which places of two faces correspond ([`write_transfer`], `docs/transfer.md`).
+//! Self-contained HTML pages, each with its data as JSON.
+//!
+//! - The page of a clean-up describes a raw take and its changes ([`write()`], `docs/report.md`).
+//! - The page of an evaluation describes the quality of a rig ([`write_evaluation`], `docs/evaluate.md`).
+//! - The page of a plan lists the frames to scan ([`write_plan`], `docs/coverage.md`).
+//! - The page of a transfer describes the correspondence of two faces ([`write_transfer`],
+//!   `docs/transfer.md`).
 //!
 //! ```
 //! use rhytid_capture::{Cleaned, Settings, Target, clean};
@@ -13,7 +16,7 @@
 //! # let folder = tempfile::tempdir().unwrap();
 //! # let folder = folder.path();
 //! // `rig` from rhytid_core::rig_file, `raw` from rhytid_formats::raw_take.
-//! let Cleaned { take, report } = clean(raw, &Target::of(&rig), &Settings::default(), &NoProgress)?;
+//! let Cleaned { take, report } = clean(raw, &Target::from_rig(&rig), &Settings::default(), &NoProgress)?;
 //! // Without pictures; a `Painter` draws them.
 //! rhytid_report::write(folder, "session.c3d", &report, &take, &rig, None)?;
 //! assert!(folder.join("report.html").is_file() && folder.join("report.json").is_file());
@@ -65,7 +68,7 @@ use summary::Summary;
 pub use transfer::write_transfer;
 use written::write_texts;
 
-/// `report.json`: the keys of [`Report`], and what the page adds to them.
+/// `report.json`: the keys of [`Report`], and those that the page adds.
 #[derive(Serialize)]
 struct Document<'a> {
     title: &'a str,
@@ -75,12 +78,14 @@ struct Document<'a> {
     report: &'a Report,
 }
 
-/// Writes `report.html` and `report.json` to the folder `dir`, which is made if it is not there. `title` names the take;
-/// `take` is what the clean-up made of it, at any rate. Without a `painter` the page has a sentence in place of its pictures.
+/// Writes `report.html` and `report.json` to the folder `dir`, which is created if necessary.
+///
+/// `title` names the take. `take` is the result of the clean-up, at any rate. Without a `painter`, the page
+/// has a sentence in place of its pictures.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw;
-/// [`Error::Internal`] if report, take and rig do not belong together.
+/// [`Error::Io`] if a file cannot be written. [`Error::Device`] and [`Error::Input`] if the painter cannot
+/// draw. [`Error::Internal`] if report, take and rig do not belong together.
 pub fn write(
     dir: &Path,
     title: &str,
@@ -99,7 +104,7 @@ pub fn write(
     write_texts(dir, [("report.html", page), ("report.json", json)])
 }
 
-/// Whether the report's frames have times, and every index in it is within what it counts.
+/// Checks that the report's frames have times, and that every index in the report is in range.
 fn check(report: &Report, rig: &Rig) -> Result<()> {
     let handles = rig.handles().labels.len();
     let markers = |event: &rhytid_capture::Event| event.marker.into_iter().chain(event.other);

@@ -1,4 +1,4 @@
-//! Maps: numbers on a face, as colours.
+//! Maps: numbers on a face, shown as colours.
 
 use crate::painter::Painter;
 use crate::shot::{Drawn, Numbers, Shot};
@@ -7,18 +7,18 @@ use rhytid_core::{Result, Rig};
 
 const SIZE: [u32; 2] = [300, 370];
 
-/// How far the camera goes around the face, in degrees: the front, and its left.
+/// The angles of the camera around the face, in degrees: the front, and its left.
 const VIEWS: [f32; 2] = [0.0, 42.0];
 
 /// Numbers to draw.
 pub(crate) struct Map<'a> {
     pub title: Markup,
-    /// V places.
+    /// V positions.
     pub positions: &'a [[f32; 3]],
-    /// V of them; `end` and what is more has the last colour.
+    /// V numbers. Those of `end` or more have the last colour.
     pub values: Vec<f32>,
     pub end: f32,
-    /// Whether the markers are shown, too.
+    /// Whether the markers are shown too.
     pub markers: bool,
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>]) -> Result<
     Ok(maps.iter().zip(drawn.chunks(VIEWS.len())).map(figure).collect())
 }
 
-/// What the colours mean, with words for their ends.
+/// The legend of the colours, with words for its ends.
 pub(crate) fn scale(painter: &Painter, [first, last]: [&str; 2]) -> Markup {
     const STEPS: u8 = 16;
     let colours = (0..=STEPS).map(|step| {
@@ -72,7 +72,7 @@ pub(crate) fn scale(painter: &Painter, [first, last]: [&str; 2]) -> Markup {
     html! { p.scale { (first) " " i style={ "background:linear-gradient(90deg" (colours) ")" } {} " " (last) } }
 }
 
-/// Where a scale should end for these maps: 1 % of the numbers are more.
+/// The end of a scale for these maps: 1 % of the numbers are larger.
 pub(crate) fn end<'a>(maps: impl Iterator<Item = &'a [f32]>) -> f32 {
     let mut all: Vec<f32> = maps.flatten().copied().filter(|x| x.is_finite()).collect();
     if all.is_empty() {

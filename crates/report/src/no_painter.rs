@@ -1,10 +1,10 @@
-//! Without the feature `render` there is nothing that draws.
+//! The stand-in for the painter without the feature `render`, which draws nothing.
 
 use crate::shot::{Drawn, Shot};
 use rhytid_core::{Face, Result, Rig};
 use std::path::Path;
 
-/// What draws the pictures of pages. There is none in a build without the feature `render`.
+/// The painter of the pages' pictures. There is none in a build without the feature `render`.
 #[derive(Debug)]
 pub enum Painter {}
 

@@ -10,13 +10,13 @@ use maud::{Markup, PreEscaped, html};
 use rhytid_capture::{Kind, Report};
 use rhytid_core::{Result, Rig, Take, human};
 
-/// Edges whose strain is plotted.
+/// The number of edges whose strain is plotted.
 const EDGES: usize = 6;
 
 /// The report as HTML.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Internal`] from the plots; as [`Painter::draw`].
+/// [`rhytid_core::Error::Internal`] from the plots. Otherwise as [`Painter::draw`].
 pub(crate) fn page(
     title: &str,
     summary: &Summary,
@@ -65,7 +65,7 @@ fn overview(summary: &Summary, report: &Report) -> Markup {
     }
 }
 
-/// How much of the take is measured, as a bar and in numbers.
+/// The measured part of the take, as a bar and in numbers.
 fn shares(summary: &Summary) -> Markup {
     let states = &summary.states;
     let named = [
@@ -91,7 +91,7 @@ fn shares(summary: &Summary) -> Markup {
     }
 }
 
-/// A share in per cent, which is 0 or 100 only where it is exactly that.
+/// A share in per cent. It shows 0 or 100 only if it is exactly that.
 fn share(n: usize, percent: f64) -> String {
     match percent {
         p if n > 0 && p < 0.01 => "< 0.01 %".to_owned(),

@@ -1,4 +1,4 @@
-//! What draws the pictures: a device of wgpu's.
+//! The painter of the pictures: a wgpu device.
 
 use crate::behind::behind;
 use crate::shot::{Drawn, Numbers, Place, Shot};
@@ -9,11 +9,13 @@ use rhytid_render::{
     around_handles,
 };
 
-/// Marks are nearer to the viewer than they are by this part of the handles' radius: a marker sits on the skin or a little before or behind
-/// it, which does not hide it.
+/// The lift of marks towards the viewer, as a part of the handles' radius.
+///
+/// A marker sits on the skin, or a little before or behind it. The lift keeps the skin from hiding it.
 pub(crate) const LIFT: f32 = 0.05;
 
-/// What draws the pictures of pages: a device, which may be your own. The same pages have the same bytes on the same device.
+/// The painter of the pages' pictures: a device, which may be your own. The same pages have the same bytes on
+/// the same device.
 #[derive(Debug)]
 pub struct Painter {
     device: wgpu::Device,
@@ -21,15 +23,16 @@ pub struct Painter {
 }
 
 impl Painter {
-    /// Draws with `device`, and `queue`, which is its.
+    /// A painter that draws with `device` and its `queue`.
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         Self { device: device.clone(), queue: queue.clone() }
     }
 
-    /// Draws pictures of `size` pixels of a rig's face, at rest framed about its handles.
+    /// Draws pictures of `size` pixels of a rig's face. The handles at rest determine the frame.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Input`] if the face or the pictures are too large for it.
+    /// [`rhytid_core::Error::Device`]. [`rhytid_core::Error::Input`] if the face or the pictures are too
+    /// large for the device.
     pub(crate) fn draw(&self, rig: &Rig, size: [u32; 2], shots: &[Shot<'_>]) -> Result<Vec<Drawn>> {
         let surface = rig.surface();
         let mut canvas = Canvas::new(self, &surface.faces, &surface.triangles, rig.vertices(), size)?;
@@ -49,14 +52,16 @@ impl Painter {
         shots.iter().map(drawn).collect()
     }
 
-    /// The colour at a part of a heat map's scale, 0 to 1, in 8 bits of sRGB: from white, which shows form where numbers are small.
+    /// The colour at a part of a heat map's scale, 0 to 1, in 8 bits of sRGB. The scale begins with white,
+    /// which shows form where numbers are small.
     #[expect(clippy::unused_self, reason = "where nothing draws there is no scale")]
     pub(crate) fn colour(&self, part: f32) -> [u8; 3] {
         Heat::Signed(1.0).code(part)
     }
 }
 
-/// Looks at the part of a face, at `rest`, that has `handles`, turned by `turn` degrees towards its left.
+/// The camera that looks at the part of a face with `handles`. The face is at `rest`, and the camera is
+/// turned by `turn` degrees towards its left.
 pub(crate) fn camera(
     handles: &[[f32; 3]],
     rest: &[[f32; 3]],
@@ -68,7 +73,7 @@ pub(crate) fn camera(
     Camera::framing(&around_handles(handles, rest), up, view, width as f32 / height as f32)
 }
 
-/// A mesh, to be drawn in pictures of one size.
+/// A mesh that is drawn in pictures of one size.
 pub(crate) struct Canvas<'a> {
     triangles: &'a [[u32; 3]],
     at_vertices: VertexTriangles,
@@ -79,7 +84,7 @@ pub(crate) struct Canvas<'a> {
 }
 
 impl<'a> Canvas<'a> {
-    /// For V `vertices`.
+    /// A canvas for V `vertices`.
     ///
     /// # Errors
     /// As [`Painter::draw`].
@@ -100,8 +105,10 @@ impl<'a> Canvas<'a> {
         })
     }
 
-    /// Draws it as `camera` sees it, over nothing: lit, or in the colours of its numbers; and marks on it,
-    /// which are nearer than they are by `lift` mesh units.
+    /// Draws the mesh as `camera` sees it, on a transparent background.
+    ///
+    /// The mesh is lit, or has the colours of its numbers. Marks on it are lifted towards the viewer by
+    /// `lift` mesh units.
     ///
     /// # Errors
     /// As [`Painter::draw`].
@@ -117,7 +124,7 @@ impl<'a> Canvas<'a> {
         let normals: Vec<[f32; 3]> = (0..positions.len()).map(normal).collect();
         let (numbers, look) = match heat {
             None => (Vec::new(), Look::Smooth),
-            // What is no number is the worst.
+            // NaN counts as the worst.
             Some(Numbers { values, end }) => {
                 let number = |x: &f32| if x.is_nan() { end } else { *x };
                 (values.iter().map(number).collect(), Look::LitHeat(Heat::Signed(end)))

@@ -12,12 +12,12 @@ const SIZE: [u32; 2] = [520, 640];
 /// Names and angles of the views, in degrees.
 const VIEWS: [(&str, f32); 2] = [("From the front", 0.0), ("From the face’s left", 42.0)];
 
-/// A handle, and where its marker is.
+/// A handle, and the positions of its marker.
 struct Marker<'a> {
     label: &'a str,
     handle: [f64; 3],
     neutral: [f64; 3],
-    /// In the frame of the largest strain.
+    /// The position in the frame of the largest strain.
     strained: [f64; 3],
     never_seen: bool,
 }

@@ -1,4 +1,4 @@
-//! The page of a plan: which frames of a take to scan, and what each is for.
+//! The page of a plan: the frames of a take to scan, and the use of each.
 
 use crate::document::document;
 use crate::map::{self, Map};
@@ -11,14 +11,17 @@ use rhytid_evaluate::Regions;
 use rhytid_evaluate::coverage::{Coverage, Scan};
 use std::path::Path;
 
-/// Regions that a scan is said to be for.
+/// The number of regions that are named as the use of a scan.
 const NAMED: usize = 3;
 
-/// Writes `plan.html` and `plan.json` to the folder `dir`, which is made if it is not there. `take` names the take, `poses` has the
-/// V positions of each planned frame. Without a `painter` the page has a sentence in place of its pictures.
+/// Writes `plan.html` and `plan.json` to the folder `dir`, which is created if necessary.
+///
+/// `take` names the take, and `poses` has the V positions of each planned frame. Without a `painter`, the
+/// page has a sentence in place of its pictures.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw; [`Error::Internal`] if there is not a pose for each scan.
+/// [`Error::Io`] if a file cannot be written. [`Error::Device`] and [`Error::Input`] if the painter cannot
+/// draw. [`Error::Internal`] if there is not a pose for each scan.
 pub fn write_plan(
     dir: &Path,
     take: &str,

@@ -1,4 +1,4 @@
-//! The plots, drawn by `plotters` as SVG. Their colours are names for the page's style sheet, which replaces them.
+//! The plots, drawn by `plotters` as SVG. Their colours are names that the page's style sheet replaces.
 
 use crate::curve::{self, Piece};
 use crate::strain::{Edge, Strains};
@@ -7,9 +7,9 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use rhytid_capture::Report;
 use rhytid_core::{Error, Result};
 
-/// The backend rounds to whole units, so there are two in a pixel of the page.
+/// The number of units in a pixel of the page: the backend rounds to whole units.
 const FINE: u32 = 2;
-/// Units of a plot's width, and of what its axes take at the left.
+/// The units of a plot's width, of its axis at the left, and of its margin.
 const WIDTH: u32 = 1000 * FINE;
 const LEFT: u32 = 52 * FINE;
 const MARGIN: u32 = 8 * FINE;
@@ -28,11 +28,12 @@ struct Curve {
     /// Least and greatest value.
     range: [f64; 2],
     pieces: Vec<Piece>,
-    /// Stretches of time to shade.
+    /// Spans of time to shade.
     shaded: Vec<[f64; 2]>,
 }
 
-/// The head's residuals in millimetres over time, with gaps where it was not fitted; `None` where it never was.
+/// The head's residuals in millimetres over time, with gaps where the head was not fitted. `None` if it never
+/// was.
 pub(crate) fn head(report: &Report) -> Result<Option<String>> {
     let time = |frame: usize| report.start + frame as f64 / report.rate;
     let span = not_empty([time(0), time(report.frames.saturating_sub(1))]);
@@ -56,7 +57,8 @@ pub(crate) fn head(report: &Report) -> Result<Option<String>> {
     curve.draw().map(Some)
 }
 
-/// The strain of an edge in per cent over time, on an axis that has room for the greatest of `all`; shaded where an end was not measured.
+/// The strain of an edge in per cent over time, on an axis with room for the greatest of `all`. Spans in
+/// which an end was not measured are shaded.
 pub(crate) fn strain(strains: &Strains, edge: &Edge, all: &[Edge]) -> Result<String> {
     let percent = strains.over_time(edge).map(|[time, strain]| [time, 100.0 * strain]);
     let times = strains.span();
@@ -71,7 +73,8 @@ pub(crate) fn strain(strains: &Strains, edge: &Edge, all: &[Edge]) -> Result<Str
     Curve { height: 130 * FINE, unit: "%", span, range, pieces, shaded }.draw()
 }
 
-/// The markers' offsets from their handles in millimetres, the greatest first, each named if there is room; `None` where none is known.
+/// The markers' offsets from their handles in millimetres, the greatest first. Each is named if there is
+/// room. `None` if none is known.
 pub(crate) fn offsets(report: &Report) -> Result<Option<String>> {
     let known = report
         .labels
@@ -83,7 +86,7 @@ pub(crate) fn offsets(report: &Report) -> Result<Option<String>> {
     let Some(&(_, greatest)) = bars.first() else { return Ok(None) };
     let range = 0.0..(greatest * 1.05).max(1e-3);
     let bar_width = f64::from(WIDTH - LEFT - 2 * MARGIN) / (FINE as usize * bars.len()) as f64;
-    // A line of text needs 9 pixels; where bars are narrower, only every n-th has its name.
+    // A line of text needs 9 pixels. With narrower bars, only every n-th has its name.
     let step = (9.0 / bar_width).ceil().max(1.0) as usize;
     let size = bar_width.clamp(9.0, 12.0) as u32;
     let names: Vec<String> = bars.iter().map(|(label, _)| shortened(label)).collect();
@@ -171,12 +174,12 @@ impl Curve {
     }
 }
 
-/// Columns of the page's pixels in which a curve is drawn.
+/// The number of the page's pixel columns in which a curve is drawn.
 fn columns() -> usize {
     ((WIDTH - LEFT - 2 * MARGIN) / FINE) as usize
 }
 
-/// A number on an axis: with as many decimals as tell neighbouring ticks apart.
+/// A number on an axis, with enough decimals to tell neighbouring ticks apart.
 fn tick(x: f64, range: &std::ops::Range<f64>) -> String {
     let decimals = (1.0 - (range.end - range.start).log10().floor()).clamp(0.0, 6.0) as usize;
     let text = format!("{x:.decimals$}");
@@ -189,7 +192,7 @@ fn text(size: u32) -> TextStyle<'static> {
     ("sans-serif", f64::from(size * FINE) * 1.24).into_font().color(&INK)
 }
 
-/// A span of time that an axis can have: a take may be of one frame.
+/// A span of time that is not empty, for an axis: a take may have one frame.
 fn not_empty([start, end]: [f64; 2]) -> [f64; 2] {
     if end > start { [start, end] } else { [start, start + 1.0] }
 }

@@ -1,4 +1,4 @@
-//! The pictures that a page asks for, and what it says where nothing draws them.
+//! The pictures that a page asks for, and its text where nothing draws them.
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -7,41 +7,42 @@ use maud::{Markup, html};
 /// A picture to draw of a rig's face.
 #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing reads what nothing draws"))]
 pub(crate) struct Shot<'a> {
-    /// Degrees by which the camera goes around the face, towards its left (the mesh's +x), from right before it.
+    /// The angle of the camera around the face, in degrees: from the front towards the face's left (the
+    /// mesh's +x).
     pub turn: f32,
-    /// V places.
+    /// V positions.
     pub positions: &'a [[f32; 3]],
-    /// What to colour it by; lit where there is nothing.
+    /// The numbers for its colours; lit if there are none.
     pub heat: Option<Numbers<'a>>,
-    /// What is to be found in the picture, in the mesh's space.
+    /// Points whose places in the picture are wanted, in the mesh's space.
     pub points: Vec<[f64; 3]>,
 }
 
-/// Numbers that a face is coloured by.
+/// Numbers for the colours of a face.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing reads what nothing draws"))]
 pub(crate) struct Numbers<'a> {
-    /// Of the V vertices.
+    /// The numbers of the V vertices.
     pub values: &'a [f32],
-    /// The one above 0 that has the last colour.
+    /// The number above 0 with the last colour.
     pub end: f32,
 }
 
 /// A picture, transparent where there is no face.
 pub(crate) struct Drawn {
     pub png: Vec<u8>,
-    /// Where the shot's points are.
+    /// The places of the shot's points.
     pub places: Vec<Place>,
 }
 
 impl Drawn {
-    /// For an `href`.
+    /// The picture for an `href`.
     pub(crate) fn data(&self) -> String {
         format!("data:image/png;base64,{}", STANDARD.encode(&self.png))
     }
 }
 
-/// Where a point is in a picture.
+/// The place of a point in a picture.
 #[derive(Clone, Copy)]
 pub(crate) struct Place {
     /// In pixels: right and down from the upper left corner.
@@ -57,7 +58,7 @@ impl Place {
     }
 }
 
-/// What a page says in place of its pictures.
+/// The text of a page in place of its pictures.
 pub(crate) fn left_out() -> Markup {
     html! {
         p.left-out {

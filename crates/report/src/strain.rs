@@ -1,4 +1,4 @@
-//! Strains: how far the clean take stretches the rig's strain edges (section 3 of the method).
+//! Strains: how much the clean take stretches the rig's strain edges (section 3 of the method).
 
 use glam::DVec3;
 use rhytid_core::{Error, HandleId, Result, Rig, Take};
@@ -22,11 +22,11 @@ pub(crate) struct Edge {
     pub a: String,
     /// The label of the other.
     pub b: String,
-    /// The least strain: how far it is compressed.
+    /// The least strain, of the largest compression.
     pub least: f64,
-    /// The greatest strain: how far it is stretched.
+    /// The greatest strain, of the largest stretch.
     pub greatest: f64,
-    /// When the larger of the two is reached, in seconds.
+    /// The time of the larger of the two, in seconds.
     pub time: f64,
     /// The frame of the clean take at that time.
     pub frame: usize,
@@ -58,7 +58,7 @@ impl<'a> Strains<'a> {
         };
         let mut edges: Vec<Edge> =
             (0..strains.pairs.len()).filter(|&i| strains.pairs[i].1 > 0.0).map(edge).collect();
-        // Frame by frame, since a long take is larger than any cache.
+        // Frame by frame, because a long take is larger than any cache.
         for (frame, &time) in take.times.iter().enumerate() {
             for edge in &mut edges {
                 edge.see(strains.at(edge.index, frame), frame, time);
@@ -75,7 +75,7 @@ impl<'a> Strains<'a> {
         (a.distance(b) - length) / length
     }
 
-    /// Where a handle's marker is in a frame of the clean take.
+    /// The position of a handle's marker in a frame of the clean take.
     pub(crate) fn position(&self, handle: usize, frame: usize) -> [f64; 3] {
         self.take.positions[frame * self.take.labels.len() + self.columns[handle]]
     }
@@ -121,7 +121,7 @@ impl Edge {
         self.greatest = self.greatest.max(strain);
     }
 
-    /// The strain that is largest without its sign.
+    /// The strain with the largest absolute value.
     pub(crate) fn peak(&self) -> f64 {
         if self.greatest >= -self.least { self.greatest } else { self.least }
     }

@@ -5,7 +5,7 @@ use rhytid_core::Take;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-/// What a person wants to know first. A sample is one marker in one frame of the raw take.
+/// The numbers that a person wants first. A sample is one marker in one frame of the raw take.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Summary {
     /// From the first frame to the end of the last one.
@@ -16,34 +16,35 @@ pub(crate) struct Summary {
     pub clean_rate: f64,
     /// Handles of the rig.
     pub handles: usize,
-    /// How many of them have a marker in the file.
+    /// The number of handles with a marker in the file.
     pub markers: usize,
     /// All samples: frames × handles.
     pub samples: usize,
-    /// How many each state has; they add up to `samples`.
+    /// The number of samples in each state. They add up to `samples`.
     #[serde(flatten)]
     pub states: States,
-    /// How many events there are of each kind that occurs.
+    /// The number of events of each kind that occurs.
     pub events: BTreeMap<Kind, usize>,
-    /// RMS and greatest of the head's residuals over the frames where it was fitted, in millimetres; `None` where it never was.
+    /// RMS and greatest of the head's residuals over the frames in which it was fitted, in millimetres.
+    /// `None` if it never was.
     pub head_residual_mm: Option<Spread>,
-    /// RMS and greatest of the markers' offsets from their handles, in millimetres; `None` where none is known.
+    /// RMS and greatest of the markers' offsets from their handles, in millimetres. `None` if none is known.
     pub offset_mm: Option<Spread>,
 }
 
 /// RMS and maximum.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Spread {
-    /// The root of the mean square.
+    /// The root mean square.
     pub rms: f64,
     /// The greatest.
     pub max: f64,
 }
 
-/// Samples by what became of them; each is counted once, in the last state that applies.
+/// Samples by their state. Each is counted once, in the last state that applies.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
 pub(crate) struct States {
-    /// As it was measured, but for filtering.
+    /// As it was measured, except for filtering.
     pub measured: usize,
     /// In a gap that was filled, by the capture system or here.
     pub filled: usize,
@@ -68,10 +69,10 @@ impl Summary {
             handles: report.labels.len(),
             markers: report.setup.markers.iter().flatten().count(),
             samples: report.frames * report.labels.len(),
-            states: States::of(report),
+            states: States::new(report),
             events,
-            head_residual_mm: Spread::of(fitted),
-            offset_mm: Spread::of(report.setup.offsets_mm.iter().copied().flatten()),
+            head_residual_mm: Spread::new(fitted),
+            offset_mm: Spread::new(report.setup.offsets_mm.iter().copied().flatten()),
         }
     }
 
@@ -82,7 +83,7 @@ impl Summary {
 }
 
 impl Spread {
-    fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
+    fn new(values: impl Iterator<Item = f64>) -> Option<Self> {
         let (mut n, mut squares, mut max) = (0_usize, 0.0, 0.0_f64);
         for value in values.filter(|value| value.is_finite()) {
             n += 1;
@@ -94,10 +95,10 @@ impl Spread {
 }
 
 impl States {
-    fn of(report: &Report) -> Self {
+    fn new(report: &Report) -> Self {
         let mut by_marker: Vec<Vec<&Event>> = vec![Vec::new(); report.labels.len()];
         for event in &report.events {
-            // The other marker of a slide or a strain is as it was measured.
+            // The other marker of a slide or a strain counts as measured.
             let other = event.other.filter(|_| event.kind == Kind::Swap);
             for marker in event.marker.into_iter().chain(other) {
                 by_marker[marker].push(event);

@@ -10,7 +10,7 @@ use serde_json::Value;
 use std::sync::LazyLock;
 use tempfile::TempDir;
 
-/// A label that would be markup, were it not escaped.
+/// A label that would be markup if it were not escaped.
 const NASTY: &str = "<b>&\"x'</b> –é";
 
 pub(crate) static DEMO: LazyLock<(Rig, Take)> = LazyLock::new(|| {
@@ -26,7 +26,7 @@ pub(crate) fn event(kind: Kind, marker: Option<usize>, first: usize, frames: usi
     Event { kind, marker, other: None, first, frames, distance_mm: None, strain: None, confidence: 0.5 }
 }
 
-/// What a clean-up of the demo's performance, taken at 120 Hz, might have said; markers and frames of the events are as given.
+/// A possible report of a clean-up of the demo's performance at 120 Hz, with the given frames and events.
 pub(crate) fn report(frames: usize, events: Vec<Event>) -> Report {
     let labels = DEMO.0.handles().labels.clone();
     let offsets = (0..labels.len()).map(|i| (i != 7).then_some(0.3 + 0.02 * i as f64)).collect();
@@ -87,12 +87,12 @@ pub(crate) fn usual() -> Report {
     report(864, events)
 }
 
-/// What is written, page and JSON, without pictures.
+/// The page and the JSON, without pictures.
 fn written(report: &Report, take: &Take) -> (String, Value) {
     drawn(report, take, None)
 }
 
-/// What is written with a painter.
+/// The page and the JSON with a painter.
 pub(crate) fn drawn(report: &Report, take: &Take, painter: Option<&Painter>) -> (String, Value) {
     let dir = TempDir::new().unwrap();
     let dir = dir.path().join("not/yet/there");
@@ -145,7 +145,7 @@ fn labels_come_through_as_text() {
     assert!(unused.contains(&"<script>alert(1)</script>".to_owned()), "{unused:?}");
     assert_eq!(text(&select(&page, ".warnings li")[0]), usual().warnings[0].sentence());
     assert_eq!((&json["labels"][3], &json["title"]), (&NASTY.into(), &"a <take> & more.c3d".into()));
-    // In the plots too, shortened to what has room.
+    // In the plots too, shortened to the room that there is.
     let short: String = NASTY.chars().take(17).collect();
     assert!(select(&page, ".plot text").iter().any(|t| text(t).trim().starts_with(&short[..5])));
 }

@@ -23,7 +23,7 @@ fn texts(page: &Html, selector: &str) -> Vec<String> {
     page.select(&selector).map(|element| element.text().collect::<String>()).collect()
 }
 
-/// The page says once why it has no pictures, and what to do.
+/// Asserts that the page says once why it has no pictures, and what to do.
 fn assert_left_out(page: &Html) {
     let said = texts(page, "p.left-out");
     assert!(said.len() == 1 && said[0].starts_with("The pictures are left out, since "), "{said:?}");

@@ -1,4 +1,4 @@
-//! Tests of the pictures, on every device here: they are decoded and looked at where known things are.
+//! Tests of the pictures on every device here. They are decoded and checked where known things are.
 
 use crate::behind::behind;
 use crate::painter::{Canvas, LIFT, Painter, camera};
@@ -18,7 +18,7 @@ use tempfile::TempDir;
 /// The views of a page's pictures.
 const TURNS: [f32; 2] = [0.0, 42.0];
 
-/// What draws on each device here.
+/// Runs a check with a painter on each device here.
 fn each_painter(check: impl Fn(&str, &Painter)) {
     let devices = Wgpu::devices().unwrap_or_default();
     if devices.is_empty() {
@@ -30,7 +30,7 @@ fn each_painter(check: impl Fn(&str, &Painter)) {
     }
 }
 
-/// What a picture of a page shows.
+/// A picture of a page, decoded.
 fn decoded(image: &ElementRef) -> Picture {
     let data = image.attr("href").unwrap().strip_prefix("data:image/png;base64,").unwrap();
     Picture::decode(&STANDARD.decode(data).unwrap()).unwrap()
@@ -44,7 +44,7 @@ fn camera_of(rig: &Rig, turn: f32, size: [u32; 2]) -> Camera {
     camera(&handles(rig), &rig.surface().rest, rig.surface().up_axis, turn, size)
 }
 
-/// Where a point is in a picture.
+/// The place of a point in a picture.
 fn place(camera: &Camera, size: [u32; 2], point: [f32; 3]) -> [u32; 2] {
     let [x, y, _] = camera.project(size, point);
     [x as u32, y as u32]
@@ -83,7 +83,7 @@ fn a_clean_ups_markers_are_where_the_camera_sees_them() {
                 let [r, g, b, opacity] = picture.pixel(place(&camera, SIZE, **handle));
                 opacity == 255 && r >= g && g >= b
             };
-            // Some are at the mesh's own rims.
+            // Some handles are at the mesh's own rims.
             let on_skin = handles.iter().filter(is_skin).count();
             assert!(on_skin >= 80, "{device}: {on_skin} handles are on skin");
             for corner in [[0, 0], [519, 0], [0, 639], [519, 639]] {
@@ -95,12 +95,12 @@ fn a_clean_ups_markers_are_where_the_camera_sees_them() {
         let titles: Vec<String> = select(&page, ".views title").iter().map(text).collect();
         assert_eq!(&titles[..3], &rig.handles().labels[..3]);
 
-        // The same again, by bytes.
+        // The same page again has the same bytes.
         assert!(html == drawn(&usual(), take, Some(painter)).0, "{device}");
     });
 }
 
-/// What is found out on the host is what a device's depth test says.
+/// The host finds the same hidden points as a device's depth test.
 #[test]
 fn what_is_behind_is_what_a_device_hides() {
     const SIZE: [u32; 2] = [260, 320];
@@ -139,7 +139,7 @@ fn what_is_behind_is_what_a_device_hides() {
 fn maps_have_the_colours_of_their_numbers() {
     const SIZE: [u32; 2] = [300, 370];
     let (rig, _) = &*DEMO;
-    // 0 on the face's right, 2 mm and more on its left but for what is no number, and each in a map of its own.
+    // 0 on the face's right, and 2 mm or more or NaN on its left. Each is in a map of its own.
     let sides = rig.surface().rest.iter().map(|p| if p[0] > 0.0 { 2.0 } else { 0.0 });
     let mut values: Vec<f32> = sides.collect();
     let left = values.iter().position(|x| *x > 0.0).unwrap();
@@ -232,14 +232,14 @@ fn a_plan_shows_each_frame_with_its_markers() {
         for (caption, scan) in captions.iter().zip(&found.scans) {
             assert!(caption.contains(&format!("frame {}, ", scan.frame)), "{caption}");
         }
-        // Where the most is taken it is red.
+        // It is red where the variance falls most.
         for image in select(&page, ".maps svg image") {
             let picture = decoded(&image);
             let is_warm = |p: &[u8; 4]| p[3] == 255 && p[0] > p[1].saturating_add(60);
             assert!(picture.pixels.as_chunks().0.iter().any(is_warm), "{device}: nothing is coloured");
         }
         let dots = select(&page, "circle.dot").len();
-        // Of six pictures.
+        // Over all six pictures.
         assert!(dots > 3 * 89 && dots < 6 * 89, "{dots} markers are not hidden");
     });
 }
@@ -251,7 +251,7 @@ fn handles_are_dots_on_the_neutral() {
     let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(|p| p.map(|x| x as f32)).collect();
     let at: Vec<[f32; 3]> = face.handles.vertices.iter().map(|&v| rest[v.index()]).collect();
     let doubtful: Vec<bool> = (0..at.len()).map(|i| i % 2 == 1).collect();
-    // Where a marker was laid: before the first vertex that is far from all handles.
+    // The place of a marker: before the first vertex that is far from all handles.
     let far =
         |p: &[f32; 3]| at.iter().map(|q| Sphere::around(&[*p, *q]).radius).fold(f32::INFINITY, f32::min);
     let front = rest.iter().filter(|p| p[2] > 0.0).max_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
@@ -283,7 +283,7 @@ fn handles_are_dots_on_the_neutral() {
                 right += usize::from(is_right && opacity == 255);
                 shown += 1;
             }
-            // But for those that the rim of what hides them cuts.
+            // Except for those that the rim of the hiding surface cuts.
             assert!(shown > 40 && shown - right <= 3, "{device}: {right} of {shown} in view {i}");
             assert_eq!(picture.pixel([i * SIZE[0], 0])[3], 0);
         }

@@ -1,4 +1,4 @@
-//! The timeline: what became of each marker, frame by frame, a row a marker, drawn in runs.
+//! The timeline: the state of each marker, frame by frame, in a row for each marker, drawn in runs.
 
 use crate::curve;
 use crate::summary::Summary;
@@ -6,16 +6,18 @@ use maud::{Markup, PreEscaped, html};
 use rhytid_capture::{Event, Kind, Report};
 use rhytid_core::human;
 
-/// How wide and high a row's picture is, in its own units; the page stretches it.
+/// The width and height of a row's picture, in its own units. The page stretches it.
 const WIDTH: f64 = 1000.0;
 const HEIGHT: f64 = 14.0;
-/// Runs are drawn at least this wide, so that one frame of a long take is seen.
+/// The least width of a run, so that one frame of a long take is visible.
 const LEAST: f64 = 3.0;
-/// With more events than this, runs no longer say their frames when they are pointed at.
+/// With more events than this, runs have no tooltip with their frames.
 const EXPLAINED: usize = 10_000;
 
-/// How a kind of event is drawn. Heights tell them apart without colour: what was filled stands at the bottom, the higher the less it is
-/// to be trusted, and what was corrected hangs from the top.
+/// The look of a kind of event.
+///
+/// Heights tell kinds apart without colour. Filled runs stand at the bottom, and are higher the less they can
+/// be trusted. Corrected runs hang from the top.
 pub(crate) struct Look {
     pub kind: Kind,
     /// The style sheet's class.
@@ -58,7 +60,7 @@ impl Look {
     }
 }
 
-/// The colours and what they mean, of the kinds that occur.
+/// The colours of the kinds that occur, with their meanings.
 pub(crate) fn legend(summary: &Summary) -> Markup {
     html! {
         ul.legend {
@@ -75,7 +77,7 @@ fn swatch(content: &Markup) -> Markup {
     html! { svg.swatch viewBox={ "0 0 28 " (HEIGHT) } aria-hidden="true" { (content) } }
 }
 
-/// The table: the head, then a row a marker in the rig's order.
+/// The table: the head, and then a row for each marker in the rig's order.
 pub(crate) fn timeline(report: &Report) -> Markup {
     let mut rows: Vec<Vec<&Event>> = vec![Vec::new(); report.labels.len()];
     for event in &report.events {
@@ -116,7 +118,7 @@ fn row(label: &str, events: &[&Event], report: &Report) -> Markup {
     }
 }
 
-/// A share in per cent; nothing where it is 0.
+/// A share in per cent; empty where it is 0.
 fn percent(share: f64) -> String {
     match 100.0 * share {
         0.0 => String::new(),
@@ -125,7 +127,7 @@ fn percent(share: f64) -> String {
     }
 }
 
-/// In how many frames a marker was not measured or not where it was said to be.
+/// The number of frames in which a marker was not measured, or was not where the file says.
 fn unmeasured(events: &[&Event]) -> usize {
     let mut spans: Vec<(usize, usize)> = events.iter().map(|e| (e.first, e.first + e.frames)).collect();
     spans.sort_unstable();
@@ -137,7 +139,7 @@ fn unmeasured(events: &[&Event]) -> usize {
     frames
 }
 
-/// Events of one kind that are one bar, since they touch at the picture's width.
+/// Events of one kind that are one bar, because they touch at the picture's width.
 struct Run {
     first: usize,
     end: usize,
@@ -168,7 +170,7 @@ impl Run {
     fn bar(&self, look: &Look, report: &Report) -> Markup {
         let x = |frame: usize| frame as f64 * WIDTH / report.frames.max(1) as f64;
         let to = x(self.end).max(x(self.first) + LEAST);
-        // At the end of the take a widened bar would be cut off.
+        // At the end of the take, a widened bar would be cut off.
         let from = x(self.first).min(WIDTH - LEAST);
         let title = (report.events.len() <= EXPLAINED).then(|| self.title(look, report));
         look.bar(from, to.min(WIDTH), title.as_deref())
@@ -186,7 +188,7 @@ impl Run {
     }
 }
 
-/// The scale of seconds above the rows, and where the neutral frames are.
+/// The scale of seconds above the rows, with the neutral frames.
 fn axis(report: &Report) -> Markup {
     let end = report.start + report.frames as f64 / report.rate;
     let percent = |time: f64| short(100.0 * (time - report.start) / (end - report.start));

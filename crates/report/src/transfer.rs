@@ -1,4 +1,4 @@
-//! The page of a transfer: which places of two faces correspond, how well, and where nothing does.
+//! The page of a transfer: which places of two faces correspond, how well, and where there is no counterpart.
 
 use crate::document::document;
 use crate::map::{self, Map};
@@ -7,18 +7,20 @@ use crate::shot::left_out;
 use crate::written::write_texts;
 use maud::{Markup, html};
 use rhytid_core::{Error, Result, Rig, human};
-use rhytid_transfer::{Account, Maps, Missing, Spread};
+use rhytid_transfer::{Maps, Missing, Spread, TransferReport};
 use std::path::Path;
 
-/// Writes `transfer.html` and `transfer.json` to the folder `dir`, which is made if it is not there. `maps` are of the second face, which `rig` is of. Without a
-/// `painter` the page has a sentence in place of them.
+/// Writes `transfer.html` and `transfer.json` to the folder `dir`, which is created if necessary.
+///
+/// `maps` are of the second face, which `rig` animates. Without a `painter`, the page has a sentence in place
+/// of the maps.
 ///
 /// # Errors
-/// [`Error::Io`] if a file cannot be written; [`Error::Device`] and [`Error::Input`] if the painter cannot draw;
-/// [`Error::Internal`] if a map has other vertices than the rig.
+/// [`Error::Io`] if a file cannot be written. [`Error::Device`] and [`Error::Input`] if the painter cannot
+/// draw. [`Error::Internal`] if a map has other vertices than the rig.
 pub fn write_transfer(
     dir: &Path,
-    found: &Account,
+    found: &TransferReport,
     maps: &Maps,
     rig: &Rig,
     painter: Option<&Painter>,
@@ -60,7 +62,7 @@ fn times(spread: Spread, factor: f64) -> Spread {
     Spread { median: factor * spread.median, p95: factor * spread.p95, worst: factor * spread.worst }
 }
 
-/// A map, and its numbers in words.
+/// A map, with its numbers in words.
 fn section(
     unit: &str,
     values: &[f32],
@@ -88,7 +90,7 @@ fn section(
     )
 }
 
-fn facts(found: &Account) -> Vec<(&'static str, String)> {
+fn facts(found: &TransferReport) -> Vec<(&'static str, String)> {
     let mut facts = vec![
         ("Examples", found.examples.join(", ")),
         ("What was transferred", if found.smooth_band { "all motion" } else { "the wrinkles" }.to_owned()),

@@ -4,7 +4,7 @@ use rhytid_core::{AtomicFile, Error, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes texts, each to a file of its name in the folder `dir`, which is made if it is not there.
+/// Writes texts, each to a file of its name in the folder `dir`, which is created if necessary.
 ///
 /// # Errors
 /// [`Error::Io`].

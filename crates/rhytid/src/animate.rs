@@ -1,4 +1,4 @@
-//! A take played into a file.
+//! Playing of a take into a file.
 use rhytid_core::{NoProgress, Progress, Result, Rig, Take, rig_file};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_export::{Options, Recipe, Written};
@@ -8,17 +8,18 @@ use std::path::Path;
 /// How a take is animated.
 #[derive(Clone)]
 pub struct AnimateOptions<'a> {
-    /// What decides the frames: which of them, at which rate, with which channels. Where it names no rig, the file names this one.
+    /// The recipe of the frames: which of them, at which rate, with which channels. If it names no rig, the
+    /// file names the given one.
     pub recipe: Recipe,
     /// Edits of the take, read for the rig.
     pub edits: Option<Layers>,
-    /// A device such as `vulkan:0`; `auto` for the fastest that computes what the reference does.
+    /// A device such as `vulkan:0`; `auto` for the fastest one whose results agree with the reference.
     pub device: &'a str,
-    /// Whether devices are tried in a child process, so that a driver that crashes takes nothing with it.
+    /// Whether devices are tried in a child process, so that a crash of a driver does not end this process.
     pub guard: Guard,
-    /// How the file is written: compressed, in few shapes, quantised.
+    /// Options of the file: compressed, in few shapes, quantised.
     pub file: Options,
-    /// Who is told how far it is, and can stop it.
+    /// The receiver of progress, which can cancel the work.
     pub progress: &'a dyn Progress,
 }
 
@@ -35,12 +36,14 @@ impl Default for AnimateOptions<'_> {
     }
 }
 
-/// Plays a take on a rig into the file `path`: USD (`.usd`, `.usda`, `.usdc`, `.usdz`), glTF (`.glb`, `.gltf`) or a point cache
-/// (`.pc2`). A device that fails on the way is replaced by the next one; no frame is lost. Nothing is left half-written.
+/// Plays a take on a rig into the file `path`: USD (`.usd`, `.usda`, `.usdc`, `.usdz`), glTF (`.glb`,
+/// `.gltf`) or a point cache (`.pc2`). If a device fails on the way, the next one takes over, and no frame is
+/// lost. A failed export leaves no partial file.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if the take lacks a handle of the rig, the recipe asks for what the format cannot carry or
-/// the path has another extension; [`Error::Device`](crate::Error::Device) if no device is left; [`Error::Io`](crate::Error::Io).
+/// [`Error::Input`](crate::Error::Input) if the take lacks a handle of the rig, if the format cannot carry
+/// what the recipe asks for, or if the path has another extension. [`Error::Device`](crate::Error::Device) if
+/// no device is left. [`Error::Io`](crate::Error::Io).
 pub fn animate(
     rig: Rig,
     take: Take,

@@ -2,10 +2,11 @@
 use rhytid_core::{Animator, Result, Rig, Session, UploadOptions};
 use rhytid_devices::backends;
 
-/// Where an [`Animator`] computes, and for how many frames at once.
+/// The device of an [`Animator`], and its number of frames at once.
 #[derive(Debug, Clone, Copy)]
 pub struct AnimatorOptions<'a> {
-    /// A device such as `wgpu:0`; `None` for the first GPU, or the processor where there is none ([`backends::first`]).
+    /// A device such as `wgpu:0`. `None` for the first GPU, or for the CPU if there is none
+    /// ([`backends::first`]).
     pub device: Option<&'a str>,
     /// The largest batch, and how the basis is kept.
     pub upload: UploadOptions,
@@ -17,12 +18,12 @@ impl Default for AnimatorOptions<'_> {
     }
 }
 
-/// Uploads a rig to a device. From then on only handle positions cross to it.
+/// Uploads a rig to a device. After that, only handle positions are sent to the device.
 ///
-/// A host that has a device of its own hands that to a backend instead: see [`devices`](crate::devices).
+/// A host with a device of its own can pass it to a backend instead: see [`devices`](crate::devices).
 ///
 /// # Errors
-/// [`Error::Device`](crate::Error::Device) if there is no such device or the rig does not fit on it;
+/// [`Error::Device`](crate::Error::Device) if there is no such device, or if the rig does not fit on it.
 /// [`Error::Input`](crate::Error::Input) if the options do not fit the rig.
 pub fn animator(rig: &Rig, options: &AnimatorOptions<'_>) -> Result<Animator<Box<dyn Session>>> {
     let device = match options.device {

@@ -1,7 +1,8 @@
 //! Rhytid: from face scans and marker tracks to detailed facial animation, on any vendor's GPU or on none.
 //!
-//! A face is solved once, offline, into a [`Rig`]. The rig is uploaded once to a device. From then on only marker positions cross to
-//! it. What comes back, or stays there as vertex buffers, is every vertex of the face with its wrinkles.
+//! A face is solved once, offline, into a [`Rig`]. The rig is uploaded once to a device. After that, only
+//! marker positions are sent to the device. The result is every vertex of the face with its wrinkles. It is
+//! read from the device, or stays there as vertex buffers.
 //!
 //! # A take into a file
 //!
@@ -21,7 +22,7 @@
 //! # }
 //! ```
 //!
-//! What is not as it is by default stands in the options:
+//! Options change the defaults:
 //!
 //! ```no_run
 //! # fn main() -> rhytid::Result<()> {
@@ -60,13 +61,13 @@
 //! # Ok::<(), rhytid::Error>(())
 //! ```
 //!
-//! On a GPU nothing needs to come back: each backend's session gives its buffers away ([`devices`]).
+//! On a GPU, results need not be read: each backend's session gives access to its buffers ([`devices`]).
 //!
 //! # What is where
 //!
 //! The root has what most programs need. All else is in a module for each task:
 //!
-//! | module | what is there |
+//! | module | contents |
 //! | --- | --- |
 //! | [`core`] | the data and the traits that everything stands on: meshes, settings, channels, backends, sessions |
 //! | [`devices`] | the backends; which device to take; what happens when one fails |
@@ -74,13 +75,14 @@
 //! | [`formats`] | every file that is read or written |
 //! | [`capture`], [`live`] | raw takes cleaned; markers over the network |
 //! | [`playback`] | frames one by one, edits, channels, comparison of a file with a fresh evaluation |
-//! | [`evaluate`](mod@evaluate), [`report`], [`transfer`] | how good a rig is; pages of what was found; one face's wrinkles on another |
+//! | [`evaluate`](mod@evaluate), [`report`], [`transfer`] | the quality of a rig; pages of results; transfer of wrinkles to another face |
 //! | [`render`], [`view`] | pictures and films; the window |
 //! | [`conformance`] | devices against a float64 reference |
 //!
 //! # Errors
 //!
-//! Every function says in one sentence what is wrong and what to do. A program asks for the kind instead of reading it:
+//! Every error says in one sentence what is wrong and what to do. A program matches on the kind of error
+//! instead of reading the text:
 //!
 //! ```
 //! use rhytid::Error;
@@ -94,8 +96,9 @@
 //!
 //! # Features
 //!
-//! All but `film` and `view` are on by default. `default-features = false` with a backend alone is the runtime for a game: no solver, no file format but
-//! the rig's, nothing that was only needed before.
+//! All but `film` and `view` are on by default. `default-features = false` with a single backend is the
+//! runtime for a game. It has no solver, no file format but the rig's, and nothing else that is needed only
+//! offline.
 //!
 //! | feature | what it adds |
 //! | --- | --- |
@@ -110,7 +113,7 @@
 //! | `live` | marker positions over the network while they are captured: [`live`] |
 //! | `view` | a window on a rig, in which markers are dragged, off by default: [`view`] |
 //! | `transfer` | the wrinkles of one face on another one with another mesh: [`transfer`] |
-//! | `report` | what a clean-up did, and what an evaluation found, as pages, with pictures where `render` is: [`report`] |
+//! | `report` | pages of clean-ups, evaluations, plans and transfers, with pictures if `render` is on: [`report`] |
 //! | `conformance` | devices against a float64 reference: [`conformance`] |
 #![forbid(unsafe_code)]
 #![cfg_attr(docsrs, feature(doc_cfg))]
@@ -138,8 +141,9 @@ pub use rhytid_formats::export::Recipe;
 
 /// Solves a face: the rig that animates it.
 ///
-/// Takes seconds (530,000 vertices on two cores: under fifteen); reports to `progress` and stops when that says so.
-/// [`solve::solve`](solve::solve()) has what was found on the way, and the rig before it is rounded to float32.
+/// A solve takes seconds: under fifteen for 530,000 vertices on two cores. It reports to `progress`, and
+/// stops when that says so. [`solve::solve`](solve::solve()) gives the rig before it is rounded to float32,
+/// and [`solve::solve_in_full`] also a report.
 ///
 /// # Errors
 /// [`Error::Input`] with the first error that [`solve::examine`] finds; [`Error::Cancelled`].

@@ -1,26 +1,27 @@
-//! What is read: a face, a rig, a take.
+//! Reading of a face, a rig or a take.
 use rhytid_core::{Result, Rig, rig_file};
 use std::path::Path;
 
-/// Reads the project file of a face (`face.toml`) and all that it names. The files have to be in the project's folder or below it:
-/// [`project::read`](crate::formats::project::read) takes others too.
+/// Reads the project file of a face (`face.toml`) and all that it names. The files have to be in the
+/// project's folder or below it. [`project::read`](crate::formats::project::read) can also read others.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) says which file and line is at fault; [`Error::Io`](crate::Error::Io).
+/// [`Error::Input`](crate::Error::Input), which names the file and the line. [`Error::Io`](crate::Error::Io).
 #[cfg(feature = "formats")]
 pub fn open_face(path: impl AsRef<Path>) -> Result<rhytid_core::Face> {
     rhytid_formats::project::read(path.as_ref(), rhytid_core::Reach::Below)
 }
 
-/// Reads a rig that [`write_rig`] or the program wrote.
+/// Reads a rig that [`write_rig`] or the command-line program wrote.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) if it is no rig, or a damaged one; [`Error::Io`](crate::Error::Io).
+/// [`Error::Input`](crate::Error::Input) if the file is no rig, or a damaged one.
+/// [`Error::Io`](crate::Error::Io).
 pub fn open_rig(path: impl AsRef<Path>) -> Result<Rig> {
     rig_file::read(path.as_ref())
 }
 
-/// Writes a rig (`.safetensors`). Nothing is left half-written.
+/// Writes a rig (`.safetensors`). A failed write leaves no partial file.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input) if the folder is not there; [`Error::Io`](crate::Error::Io).
@@ -32,11 +33,11 @@ pub fn write_rig(path: impl AsRef<Path>, rig: &Rig) -> Result<()> {
 #[cfg(feature = "playback")]
 #[derive(Clone)]
 pub struct TakeOptions<'a> {
-    /// What becomes of a marker that is missing from a frame of a clean take. By default it is an error.
+    /// How a marker that is missing from a frame of a clean take is handled. By default it is an error.
     pub missing: rhytid_core::Missing,
     /// How a raw take is cleaned.
     pub clean_up: rhytid_playback::CleanUp,
-    /// Who is told how far it is, and can stop it.
+    /// The receiver of progress, which can cancel the work.
     pub progress: &'a dyn rhytid_core::Progress,
 }
 
@@ -51,11 +52,12 @@ impl Default for TakeOptions<'_> {
     }
 }
 
-/// Reads a take for a rig: a clean one (CSV) as it is, a capture system's (C3D, TRC, CSV) cleaned.
+/// Reads a take for a rig. A clean take (CSV) is read as it is. A take of a capture system (C3D, TRC, CSV) is
+/// cleaned.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) says what is wrong in the file, which markers are missing, or what the clean-up leaves open;
-/// [`Error::Io`](crate::Error::Io).
+/// [`Error::Input`](crate::Error::Input) for a fault in the file, for missing markers, or for gaps that the
+/// clean-up leaves. [`Error::Io`](crate::Error::Io).
 #[cfg(feature = "playback")]
 pub fn open_take(path: impl AsRef<Path>, rig: &Rig, options: &TakeOptions<'_>) -> Result<rhytid_core::Take> {
     rhytid_playback::read_take(path.as_ref(), rig, options.missing, &options.clean_up, options.progress)

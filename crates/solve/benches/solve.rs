@@ -1,10 +1,11 @@
-//! The large-scale system (section 2), timed step by step, and beside it faer's own sparse Cholesky and a peer on the same matrix.
+//! Timing of the large-scale system (section 2), step by step. On the same matrix, faer's own sparse Cholesky
+//! and a peer are timed too.
 //!
 //! `cargo bench -p rhytid-solve --bench solve -- [--vertices N | --rig FILE] [--peer PYTHON] [--superlu]`
 //!
-//! The system is that of a rig file, or of a sheet made here. The peer is `benches/peers/solve.py`, run by the
-//! Python named, which needs NumPy, SciPy and scikit-sparse; without a name by that in `target/venv-peers`, if it is
-//! there.
+//! The system is that of a rig file, or of a generated sheet. The peer is `benches/peers/solve.py`, which
+//! needs NumPy, SciPy and scikit-sparse. The Python that `--peer` names runs it. Without the option, it is
+//! the Python in `target/venv-peers`, if that exists.
 use faer::linalg::solvers::Solve;
 use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
@@ -24,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// Solutions of one system by two programs may differ by this part of the largest number in them.
+/// The allowed difference of two programs' solutions of one system, as a part of the largest number in them.
 const TOLERANCE: f64 = 1e-6;
 
 type Outcome<T> = Result<T, Box<dyn std::error::Error>>;
@@ -43,7 +44,7 @@ fn main() -> Outcome<()> {
     while let Some(arg) = args.next() {
         let mut value = || args.next().ok_or(format!("{arg} needs a value"));
         match arg.as_str() {
-            // What cargo bench adds.
+            // An option that `cargo bench` adds.
             "--bench" => {}
             "--vertices" => vertices = value()?.parse()?,
             "--rig" => rig = Some(PathBuf::from(value()?)),
@@ -104,7 +105,8 @@ fn main() -> Outcome<()> {
     Ok(())
 }
 
-/// Solves the same by faer's sparse Cholesky in its own order, checks the solution, and gives the seconds.
+/// Solves the same system by faer's sparse Cholesky in its own order, and checks the solution. The result is
+/// the time in seconds.
 fn faers(system: &System, free: &[u32], handles: &[VertexId], basis: &Table<f64>) -> Outcome<f64> {
     let matrix = |columns: Columns| {
         let rows = columns.rows.iter().map(|&row| row as usize).collect();
@@ -145,7 +147,7 @@ fn faers(system: &System, free: &[u32], handles: &[VertexId], basis: &Table<f64>
     Ok(sum)
 }
 
-/// Runs the peer, checks its solutions, prints its times, and gives the least: seconds.
+/// Runs the peer, checks its solutions, and prints its times. The result is the least time in seconds.
 fn peer(python: &Path, folder: &Path, superlu: bool) -> Outcome<f64> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../benches/peers/solve.py");
     let output = Command::new(python)
@@ -161,7 +163,7 @@ fn peer(python: &Path, folder: &Path, superlu: bool) -> Outcome<f64> {
     let mut best = f64::INFINITY;
     for line in String::from_utf8(output.stdout)?.lines() {
         let Told { name, seconds, difference } = serde_json::from_str(line)?;
-        // Also where it is no number.
+        // Also if it is NaN.
         if difference.is_nan() || difference > TOLERANCE {
             return Err(format!(
                 "{name}: its solution differs by {difference:.1e}, expected {TOLERANCE:.0e} at most"
@@ -178,7 +180,7 @@ fn peer(python: &Path, folder: &Path, superlu: bool) -> Outcome<f64> {
     Ok(best)
 }
 
-/// What the peer says of one way to solve the system.
+/// The peer's result of one way to solve the system.
 #[derive(serde::Deserialize)]
 struct Told {
     name: String,
@@ -186,7 +188,7 @@ struct Told {
     difference: f64,
 }
 
-/// The system with its vertices in the mesh's order, and its solution.
+/// Writes the system with its vertices in the mesh's order, and its solution.
 fn write_system(
     folder: &Path,
     system: &System,
@@ -239,7 +241,7 @@ fn from_rig(path: &Path) -> Outcome<Input> {
     })
 }
 
-/// A domed sheet of about as many vertices, its triangles of many shapes, with 89 handles spread over it.
+/// A domed sheet of about `vertices` vertices, with triangles of many shapes, and 89 handles spread over it.
 fn sheet(vertices: usize) -> Input {
     let side = (vertices as f64).sqrt().round().max(16.0) as u32;
     let at = |i: u32, j: u32| {

@@ -1,52 +1,58 @@
-//! Examples put into the neutral's place: what the scanned head moved by between two scans is no expression.
+//! Alignment of the examples with the neutral: a movement of the scanned head between two scans is no
+//! expression.
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Example, Face};
 use rhytid_geometry::laplacian::laplacian;
-use rhytid_geometry::registration::{Similarity, what_stays};
+use rhytid_geometry::registration::{Similarity, rigid_inliers};
 use rhytid_geometry::triangulate;
 
-/// Vertices that are compared, at most.
+/// The most vertices that are compared.
 const COMPARED: usize = 20_000;
 
-/// What comes within this of the neutral does not move, in metres; and what is worth the name where scans are rough.
+/// Tolerances of vertices that stay, in metres: at least the first, and at most the second where scans are
+/// rough.
 const NEAR: [f64; 2] = [2e-4, 1e-3];
 
-/// The part of the surface that must stay, at least.
+/// The least part of the surface that must stay.
 const STAYS: f64 = 0.08;
 
-/// And so many of the vertices that are compared: some motion brings a handful of any mesh's near to where they were.
+/// The least number of compared vertices that must stay. Some motion brings a handful of any mesh's vertices
+/// near to where they were.
 const MANY: usize = 20;
 
 /// An example that moves by less as a whole, in metres, is in the neutral's place.
 const NOTHING: f64 = 2e-4;
 
-/// So many times as much must stay with the motion taken out as without: a jaw that opens is no other place of the head.
+/// This many times as much of the surface must stay with the motion taken out as without. So a jaw that opens
+/// is no movement of the head.
 const MORE: f64 = 4.0;
 
-/// What an example was moved by as a whole, which [`crate::solve`] takes out.
+/// The rigid motion of an example as a whole, which [`crate::solve`] takes out.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Misplaced {
     /// The example's name.
     pub example: String,
-    /// How far it is turned.
+    /// The angle of the turn.
     pub degrees: f64,
-    /// How far its centroid is moved by it, in mesh units.
+    /// The distance that the motion moves the centroid, in mesh units.
     pub moved: f64,
-    /// Takes the example to the neutral's place.
+    /// The motion from the example to the neutral's place.
     back: Similarity,
 }
 
 impl Misplaced {
-    /// Brings the example's positions to the neutral's place.
+    /// Moves the example's positions to the neutral's place.
     pub fn undo(&self, positions: &mut [[f64; 3]]) {
         positions.iter_mut().for_each(|x| *x = self.back.apply(DVec3::from_array(*x)).to_array());
     }
 }
 
-/// The examples that are not in the neutral's place, in their order: by the vertices that are pinned by name or, where none is, by the
-/// largest part of the surface that is the same but for a rigid motion, where much less of it is the same without. Empty for a
-/// face that is not whole.
+/// The examples that are not in the neutral's place, in their order.
+///
+/// At least three vertices that are pinned by name decide. Without them, it is the largest part of the
+/// surface that moves rigidly. This part counts only if much less of the surface stays without the motion.
+/// Empty for a face that is not whole.
 pub fn misplaced(face: &Face) -> Vec<Misplaced> {
     let rest = &face.neutral.positions;
     let whole = |example: &&Example| example.positions.len() == rest.len();
@@ -64,11 +70,11 @@ pub fn misplaced(face: &Face) -> Vec<Misplaced> {
     let total: f64 = weights.iter().sum();
     let of_example = |example: &Example| {
         let here = at(&example.positions);
-        let still = what_stays(&here, &neutral, &weights)?;
+        let still = rigid_inliers(&here, &neutral, &weights)?;
         let squares = here.iter().zip(&weights).map(|(x, w)| w * still.motion.apply(*x).distance_squared(*x));
         let moved = (squares.sum::<f64>() / total).sqrt() * face.metres_per_unit;
         let near = (2.0 * still.tolerance).max(NEAR[0] / face.metres_per_unit);
-        // How many stay, and their part of the surface.
+        // The number of vertices that stay, and their area.
         let stays = |motion: &Similarity| {
             let pairs = here.iter().zip(&neutral).zip(&weights);
             let near = pairs.filter(|((a, b), _)| motion.apply(**a).distance(**b) <= near);
@@ -90,7 +96,8 @@ pub fn misplaced(face: &Face) -> Vec<Misplaced> {
     face.examples.par_iter().filter(whole).filter_map(of_example).collect()
 }
 
-/// The face with its examples in the neutral's place; `None` where the face does not ask for it or they are.
+/// The face with its examples in the neutral's place. `None` if the face does not ask for it, or if all are
+/// in place.
 pub(crate) fn aligned(face: &Face) -> Option<(Face, Vec<Misplaced>)> {
     let misplaced = if face.settings.align { misplaced(face) } else { Vec::new() };
     if misplaced.is_empty() {

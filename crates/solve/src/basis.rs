@@ -7,14 +7,16 @@ use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;
 use rhytid_geometry::laplacian::Laplacian;
 
-/// Right-hand sides solved for by one thread at a time: enough for dense kernels, few enough to bound the memory.
+/// The number of right-hand sides that one thread solves for at a time: enough for dense kernels, and few
+/// enough to bound the memory.
 const COLUMNS_AT_ONCE: usize = 16;
 
-/// B, V×H. `moves[v]` says whether vertex v is in a component with a handle and no pin; rows of other vertices
-/// are zero, rows of handles are the identity.
+/// B, V×H. `moves[v]` says whether vertex v is in a component with a handle and no pin; rows of other
+/// vertices are zero, rows of handles are the identity.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point, [`rhytid_core::Error::Cancelled`].
+/// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point,
+/// [`rhytid_core::Error::Cancelled`].
 pub fn basis(
     rest: &[[f64; 3]],
     laplacian: Laplacian,
@@ -58,7 +60,7 @@ pub fn solve_columns(
     let count = handles.len();
     let place = system.places(order);
     let right = system.right(order, handles);
-    // Each thread has one block of right-hand sides at a time, in memory that it used before.
+    // Each thread has one block of right-hand sides at a time, and uses its memory again.
     let mut blocks = vec![Vec::new(); rayon::current_num_threads().min(count.div_ceil(COLUMNS_AT_ONCE))];
     let at_once = blocks.len() * COLUMNS_AT_ONCE;
     for first in (0..count).step_by(at_once.max(1)) {

@@ -5,9 +5,10 @@ use rhytid_core::Table;
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::{Closest, Surface};
 
-/// Gives every vertex of which `binds` is true, none of them driven, the basis row of the closest point of the driven
-/// surface: the barycentric mean of the three rows there. The vertex keeps its offset from that point. Of triangles that
-/// are equally close, the first is taken.
+/// Gives every vertex for which `binds` is true the basis row of the closest point of the driven surface.
+///
+/// These vertices are not driven. The row is the barycentric mean of the three corners' rows. The vertex
+/// keeps its offset from the closest point. Of equally close triangles, the first counts.
 ///
 /// `rest` is V×3, `basis` V×H. Without a driven triangle nothing is bound.
 pub(crate) fn bind_nearest(
@@ -33,7 +34,7 @@ pub(crate) fn bind_nearest(
         let of_handle = |h: usize| (0..3).map(|i| weights[i] * rows[i][h]).sum();
         Some((0..basis.columns()).map(of_handle).collect())
     };
-    // All or, where the surface has no triangle, none.
+    // All vertices have a row, or none has one because the surface has no triangle.
     let Some(rows) = bound.par_iter().map(row_of).collect::<Option<Vec<Vec<f64>>>>() else { return };
     for (v, row) in bound.into_iter().zip(rows) {
         basis.row_mut(v).copy_from_slice(&row);

@@ -1,4 +1,4 @@
-//! Section 6: what the large scale leaves of the examples.
+//! Section 6: the detail, which is the residual of the examples after the large scale.
 use crate::Shell;
 use glam::DVec3;
 use pulp::Arch;
@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rhytid_core::{Example, HandleSet, Progress, Result, Table};
 use rhytid_kernels::{fine_scale, large_scale, normals, vec3};
 
-/// Vertices that one thread moves at a time.
+/// The number of vertices that one thread moves at a time.
 const VERTICES_AT_ONCE: usize = 4096;
 
 /// The features of the centres, N×F, the rest pose first.
@@ -18,10 +18,11 @@ pub(crate) fn pose_features(handles: &HandleSet<f64>, examples: &[Example]) -> T
     Table::new(examples.len() + 1, edges, features)
 }
 
-/// The detail of the examples, P×V in mesh units, components along t, b, n of the tangent frames on the large scale.
+/// The detail of the examples, P×V in mesh units, as components along t, b, n of the tangent frames of the
+/// large scale.
 ///
-/// The detail is zero where `moves` says that a vertex does not. `add` is given the positions of the handles in an example, and adds
-/// to the V×3 positions that the basis gives what else the large scale has.
+/// The detail is zero at vertices for which `moves` is false. `add` gets the handle positions of an example
+/// and V×3 positions from the basis. It adds the rest of the large scale to these positions.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`].
@@ -52,12 +53,12 @@ pub(crate) fn detail(
     Ok(detail)
 }
 
-/// Where the handles are among V positions.
+/// The positions of the handles, out of V positions.
 pub(crate) fn at_handles(handles: &HandleSet<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     handles.vertices.iter().map(|v| positions[v.index()]).collect()
 }
 
-/// The positions of all vertices that the basis gives.
+/// The positions of all vertices by the basis.
 pub(crate) fn smooth(shell: &Shell, handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let all_rest = &shell.surface.rest;
     let mut smooth = vec![[0.0; 3]; all_rest.len()];
@@ -67,7 +68,7 @@ pub(crate) fn smooth(shell: &Shell, handle_positions: &[[f64; 3]]) -> Vec<[f64; 
     parts.enumerate().for_each(|(part, (smooth, rest))| {
         let first = part * VERTICES_AT_ONCE;
         let basis = shell.basis.of_rows(first..first + rest.len());
-        // The part's vertices, and behind them the centre.
+        // The part's vertices, followed by the centre.
         let center = motions.center.map(|v| &all_rest[v.index()]);
         let with_center: Vec<_> = rest.iter().chain(center).copied().collect();
         let params = large_scale::Params::whole(1, rest.len(), shell.handles.len(), false);

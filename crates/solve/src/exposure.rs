@@ -1,22 +1,25 @@
-//! Which vertices can be seen from outside: a marker cannot be inside the mouth.
+//! The visibility of vertices from outside: a marker cannot be inside the mouth.
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_geometry::Topology;
 use rhytid_kernels::normals;
 
-/// Directions that the mesh is looked at from, evenly around it.
+/// The number of directions from which the mesh is viewed, evenly around it.
 const DIRECTIONS: usize = 60;
 
-/// Pixels across the mesh, at least and at most.
+/// The least and the largest number of pixels across the mesh.
 const PIXELS: [usize; 2] = [128, 512];
 
-/// A vertex may be so many pixels behind what is in front of it: it is not where its pixel's middle is.
+/// A visible vertex may be this many pixels behind the depth buffer, because it is not at its pixel's centre.
 const SLACK: f64 = 1.5;
 
-/// A surface counts as facing a direction where the cosine between is at least this.
+/// A surface faces a direction if the cosine between its normal and the direction is at least this.
 const FACING: f64 = 0.15;
 
-/// The part of the directions that face it from which each of V vertices is seen, 0 to 1; 0 for one without a triangle.
+/// The exposure of each of V vertices, from 0 to 1.
+///
+/// It is the part of the directions that the vertex faces from which the vertex is seen. It is 0 for a vertex
+/// without a triangle.
 pub(crate) fn exposure(positions: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<f64> {
     let points: Vec<DVec3> = positions.iter().copied().map(DVec3::from_array).collect();
     let normals: Vec<DVec3> = (0..positions.len())
@@ -47,7 +50,7 @@ pub(crate) fn exposure(positions: &[[f64; 3]], triangles: &[[u32; 3]], topology:
         .collect()
 }
 
-/// Whether each point is on what a viewer far away at `from` sees, by a depth buffer.
+/// Whether a viewer far away at `from` sees each point, by a depth buffer.
 fn seen_from(from: DVec3, points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<bool> {
     let (right, up) = from.any_orthonormal_pair();
     let turned: Vec<DVec3> =
@@ -55,7 +58,7 @@ fn seen_from(from: DVec3, points: &[DVec3], triangles: &[[u32; 3]]) -> Vec<bool>
     let (low, high) = turned
         .iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
-    // Some four to a vertex along a line.
+    // About four pixels for each vertex along a line.
     let pixels = (4 * points.len().isqrt()).clamp(PIXELS[0], PIXELS[1]);
     let scale = (pixels - 1) as f64 / (high - low).truncate().max_element().max(f64::MIN_POSITIVE);
     let seen: Vec<DVec3> = turned.iter().map(|p| (*p - low) * scale).collect();
@@ -92,7 +95,8 @@ mod tests {
 
     #[test]
     fn a_box_in_a_box_is_not_seen_and_a_hole_shows_what_is_behind_it() {
-        // Two boxes, one in the other, of four quads around and two lids; then without the outer one's lids.
+        // Two boxes, one inside the other, each of four quads and two lids. Then the outer box without its
+        // lids.
         let corners = |r: f64| (0..8).map(move |i| [0, 1, 2].map(|c| if i >> c & 1 == 1 { r } else { -r }));
         let positions: Vec<[f64; 3]> = corners(1.0).chain(corners(0.4)).collect();
         let around = [[0, 1, 5, 4], [1, 3, 7, 5], [3, 2, 6, 7], [2, 0, 4, 6]];

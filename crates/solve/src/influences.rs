@@ -1,4 +1,4 @@
-//! Section 4: the influences, which strain edges each vertex listens to, and how much.
+//! Section 4: the influences of strain edges on vertices, and their weights.
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{HandleId, Influences, StrainEdgeId, Table};
@@ -6,11 +6,14 @@ use rhytid_core::{HandleId, Influences, StrainEdgeId, Table};
 /// α below this counts as none.
 pub const INFLUENCE_THRESHOLD: f64 = 0.025;
 
-/// The K strain edges of smallest `s = ‖v − p_i1‖ + ‖v − p_i2‖ − l` at rest (ties: the lower edge index), and
-/// `α = exp(−β (s − min s))` with the smallest β for which no vertex has a (K+1)-th edge over the threshold;
-/// β is 0 where F ≤ K, and K = min(`max_influences`, F). α is 1 for a vertex's nearest edge, and 0 below [`INFLUENCE_THRESHOLD`].
+/// The K strain edges that influence each vertex, and their weights α.
 ///
-/// `rest` is V×3, `handle_rest` H×3, `rest_lengths` F; the caller sees to `max_influences ≥ 1`.
+/// They are the edges of smallest `s = ‖v − p_i1‖ + ‖v − p_i2‖ − l` at rest (ties: the lower edge index),
+/// with K = min(`max_influences`, F). The weights are `α = exp(−β (s − min s))`, with the smallest β for
+/// which no vertex has a (K+1)-th edge over the threshold. β is 0 where F ≤ K. α is 1 for a vertex's nearest
+/// edge, and 0 below [`INFLUENCE_THRESHOLD`].
+///
+/// `rest` is V×3, `handle_rest` H×3, `rest_lengths` F. The caller ensures `max_influences ≥ 1`.
 pub fn influences(
     rest: &[[f64; 3]],
     handle_rest: &[[f64; 3]],
@@ -53,7 +56,7 @@ pub fn influences(
             )
             .reduce(|| 0.0, f64::max);
     weights.as_mut_slice().par_iter_mut().for_each(|w| {
-        // A tie of more than K edges makes β infinite; the nearest edge keeps its weight of 1 all the same.
+        // A tie of more than K edges makes β infinite. The nearest edge still keeps its weight of 1.
         let alpha = if *w == 0.0 { 1.0 } else { (-beta * *w).exp() };
         *w = if alpha < INFLUENCE_THRESHOLD { 0.0 } else { alpha };
     });

@@ -1,5 +1,7 @@
-//! The solve: from scans to a [`Rig`], sections 1 to 7 of the method (`docs/method.md`), one step a file, all in float64;
-//! and the doctor ([`examine`]), who says what would hurt it. A program that only plays rigs does not need this crate.
+//! The solve: from scans to a [`Rig`], by sections 1 to 7 of the method (`docs/method.md`).
+//!
+//! Each step is a file, and all numbers are float64. The doctor ([`examine`]) reports what would harm a
+//! solve. A program that only plays rigs does not need this crate.
 //!
 //! ```
 //! use rhytid_core::{Face, Faces, Handles, Mesh, NoProgress, Settings, UpAxis, VertexId};
@@ -63,41 +65,45 @@ use rhytid_geometry::{Topology, geodesic, laplacian, triangulate};
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
 ///
-/// ℓ is the distance over which bending resists: far below the handles' spacing the surface is pulled to a tip
-/// at every marker, far above it nothing changes any more. `None` without a strain edge.
+/// ℓ is the distance over which bending resists. With ℓ far below the handles' spacing, the surface forms a
+/// tip at every marker. Far above it, a larger ℓ changes nothing. `None` without a strain edge.
 pub fn default_bending_length(rest_lengths: &[f64]) -> Option<f64> {
     let mean = rest_lengths.iter().sum::<f64>() / rest_lengths.len() as f64;
     (mean > 0.0).then_some(mean)
 }
 
-/// What the solve says of its work besides the rig.
+/// What the solve reports in addition to the rig.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Account {
-    /// What was taken out of examples that were not in the neutral's place.
+pub struct SolveReport {
+    /// The motions that were taken out of examples which were not in the neutral's place.
     pub misplaced: Vec<Misplaced>,
-    /// How many vertices are pinned.
+    /// The number of pinned vertices.
     pub pins: usize,
-    /// The share and ridge of the linear band that were tried, the one that was taken first; none by the chapter's method.
+    /// The shares and ridges of the linear band that were tried, the chosen pair first. Empty with the
+    /// chapter's method.
     pub candidates: Vec<Candidate>,
-    /// What became of the parts without a handle, in the order of their lowest vertices; none by the chapter's method.
+    /// The parts without a handle, in the order of their lowest vertices. Empty with the chapter's method.
     pub parts: Vec<FreePart>,
 }
 
-/// A solved face, and what was found on the way.
+/// A solved face, with the report of the solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Solved {
     /// Everything a device needs to animate the face from handle positions.
     pub rig: Rig<f64>,
-    /// What the solve says of its work.
-    pub account: Account,
-    /// The leave-one-out map, V×P in mesh units, where it was asked for: what the smooth part of each of the rig's examples would be
-    /// off by at each vertex if that example were left out. `None` by the chapter's method.
+    /// What the solve reports of its work.
+    pub report: SolveReport,
+    /// The leave-one-out map, V×P in mesh units, if it was asked for.
+    ///
+    /// It is the error of the smooth part of each example at each vertex if that example is left out. `None`
+    /// with the chapter's method.
     pub left_out: Option<Table<[f64; 3]>>,
 }
 
 /// Solves `face`: everything a device needs to animate it from handle positions.
 ///
-/// Takes seconds (530,000 vertices on two cores: under fifteen); reports to `progress` and stops when that says so.
+/// A solve takes seconds: under fifteen for 530,000 vertices on two cores. It reports to `progress`, and
+/// stops when that says so.
 ///
 /// # Errors
 /// [`Error::Input`] with the first error that [`examine`] finds, or if the system cannot be factorised;
@@ -106,7 +112,7 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
     Ok(solve_in_full(face, false, progress)?.rig)
 }
 
-/// The same, with what was found on the way, and with [`Solved::left_out`] where `leave_one_out` asks for it.
+/// Solves as [`solve`] does, and also gives the report, and [`Solved::left_out`] if `leave_one_out` is true.
 ///
 /// # Errors
 /// As [`solve`].
@@ -120,17 +126,17 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
     let face = at_rest.as_ref().unwrap_or(face);
     let mut shell = shell(face, progress)?;
     let pins = shell.pinned.iter().filter(|pinned| **pinned).count();
-    let (mut account, mut left_out) =
-        (Account { misplaced: misplaced.unwrap_or_default(), pins, ..Account::default() }, None);
+    let (mut report, mut left_out) =
+        (SolveReport { misplaced: misplaced.unwrap_or_default(), pins, ..SolveReport::default() }, None);
     let details = match face.settings.method {
         Method::Chapter => chapter(face, &mut shell, progress)?,
         Method::Learned(settings) => {
             let steps = learned::learn(&mut shell, face, settings, progress)?;
-            account.candidates.push(steps.chosen);
+            report.candidates.push(steps.chosen);
             let is_other =
                 |other: &&Candidate| (other.share, other.ridge) != (steps.chosen.share, steps.chosen.ridge);
-            account.candidates.extend(steps.candidates.iter().filter(is_other));
-            account.parts.clone_from(&steps.parts);
+            report.candidates.extend(steps.candidates.iter().filter(is_other));
+            report.parts.clone_from(&steps.parts);
             if leave_one_out {
                 let vertices: Vec<VertexId> = (0..shell.basis.height()).map(VertexId::from_index).collect();
                 left_out = Some(steps.leave_one_out(&vertices)?);
@@ -162,10 +168,10 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
         fine_scale: details.fine_scale,
         learned: details.learned,
     })?;
-    Ok(Solved { rig, account, left_out })
+    Ok(Solved { rig, report, left_out })
 }
 
-/// What both methods start from.
+/// The shell, from which both methods start.
 #[doc(hidden)]
 pub struct Shell {
     /// The neutral mesh.
@@ -174,28 +180,28 @@ pub struct Shell {
     pub handles: HandleSet<f64>,
     /// ℓ in mesh units.
     pub bending_length: f64,
-    /// The thin shell's, V×H.
+    /// The basis of the thin shell, V×H.
     pub basis: Table<f64>,
-    /// Of the surface's triangles.
+    /// The topology of the surface's triangles.
     pub topology: Topology,
-    /// Which parts have a handle.
+    /// The parts of the mesh, and whether each has a handle.
     pub parts: DrivenComponents,
-    /// Which vertices are pinned.
+    /// V: whether a vertex is pinned.
     pub(crate) pinned: Vec<bool>,
     /// The handle nearest to each vertex.
     pub(crate) cells: Vec<Option<geodesic::Cell>>,
-    /// Of the rest pose.
+    /// The Laplacian of the rest pose.
     pub(crate) laplacian: laplacian::Laplacian,
 }
 
-/// What a method adds to the shell.
+/// The parts of a rig that a method adds to the shell.
 struct Details {
     influences: Influences<f64>,
     fine_scale: FineScale<f64>,
     learned: Option<Learned<f64>>,
 }
 
-/// Solves the thin shell of a face that the doctor lets through.
+/// Solves the thin shell of a face in which the doctor finds no error.
 ///
 /// # Errors
 /// [`Error::Input`] if the system cannot be factorised; [`Error::Cancelled`].
@@ -218,7 +224,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             // Two handles at one place (lips that touch) have no strain between them.
             let at = |h: HandleId| rest[vertices[h.index()].index()];
             edges.retain(|&[a, b]| at(a) != at(b));
-            // The chapter's rigs keep the edges that they had.
+            // Rigs of the chapter's method keep all edges.
             if matches!(face.settings.method, Method::Learned(_)) {
                 geodesic::drop_far_pairs(&graph, &cells, &mut edges);
             }
@@ -296,7 +302,7 @@ fn diagonal(face: &Face) -> f64 {
     (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The first vertex that has a number that is not finite.
+/// The first vertex with a number that is not finite.
 fn not_finite(basis: &Table<f64>, weights: &Table<[f64; 3]>) -> Option<usize> {
     let in_basis = basis.rows().position(|row| row.iter().any(|b| !b.is_finite()));
     let in_weights = || weights.rows().position(|row| row.as_flattened().iter().any(|w| !w.is_finite()));

@@ -5,19 +5,23 @@ use rstar::RTree;
 use rstar::primitives::GeomWithData;
 use std::collections::{HashMap, VecDeque};
 
-/// A vertex is the mirror image of another where it is within this part of the mean edge at it: the neutral is nearly symmetric.
+/// The tolerance of mirror images, as a part of the mean edge at a vertex: the neutral is only nearly
+/// symmetric.
 const NEAR: f64 = 0.25;
 
-/// Faces of a component that are tried as the first, those that are nearest to their mirror images before others.
+/// The number of faces of a component that are tried as the first face. Faces nearest to their mirror images
+/// are tried first.
 const SEEDS: usize = 32;
 
-/// A mirror image that is within this part of the example's largest displacement of the example itself adds nothing.
+/// A mirror image that differs from its example by no more than this part of the largest displacement adds
+/// nothing.
 const SAME: f64 = 0.01;
 
-/// The face with the mirror images that its examples ask for behind them, named after them; `None` where none asks.
+/// The face with the mirror images of its examples appended, named after them. `None` if no example asks for
+/// one.
 ///
-/// A mirror image has each vertex's displacement, left and right exchanged, at the vertex's own mirror image. Those of
-/// examples that are their own mirror images are left out.
+/// A mirror image has each vertex's displacement, with left and right exchanged, at the vertex's mirror
+/// image. An example that is its own mirror image gets none.
 ///
 /// # Errors
 /// [`Error::Input`] if some vertex has no mirror image.
@@ -46,8 +50,11 @@ pub(crate) fn with_mirror_images(face: &Face) -> Result<Option<Face>> {
     Ok(Some(mirrored))
 }
 
-/// The mirror image of each vertex: by where the vertices are, or, where that leaves any without, by how the faces lie beside each
-/// other, from a face on that has one by place. The error is the second half of a sentence.
+/// The mirror image of each vertex.
+///
+/// Images are found by the places of the vertices. If some vertex has none, they are found by the adjacency
+/// of the faces, starting at a face whose image is known by place. The error text is the second half of a
+/// sentence.
 pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Result<Vec<u32>, String> {
     let reach = reach(rest, faces);
     let mut images = by_place(rest, &reach);
@@ -66,7 +73,7 @@ pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Re
     })
 }
 
-/// How far from its place a vertex's mirror image is looked for: a part of the mean edge at it.
+/// The search radius of each vertex's mirror image: a part of the mean edge at the vertex.
 fn reach(rest: &[[f64; 3]], faces: &Faces) -> Vec<f64> {
     let mut sums = vec![(0.0, 0); rest.len()];
     for corners in faces.iter() {
@@ -82,20 +89,21 @@ fn reach(rest: &[[f64; 3]], faces: &Faces) -> Vec<f64> {
     sums.into_iter().map(|(sum, count)| NEAR * sum / f64::from(count.max(1))).collect()
 }
 
-/// The vertices that lie at each other's mirror image, in a plane across x that is moved to where most of them are.
+/// The vertices that lie at each other's mirror image, in a plane x = constant. The plane is moved to where
+/// most vertices have an image.
 fn by_place(rest: &[[f64; 3]], reach: &[f64]) -> Vec<Option<u32>> {
     let tree = RTree::bulk_load((0..).zip(rest).map(|(v, p): (u32, _)| GeomWithData::new(*p, v)).collect());
     let (low, high) =
         rest.iter().fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(p[0]), high.max(p[0])));
     let mean = rest.iter().map(|p| p[0]).sum::<f64>() / rest.len() as f64;
-    // A vertex astray takes one of these away from the middle, but hardly all.
+    // A stray vertex moves one of these away from the middle, but hardly all of them.
     let starts = [0.5 * (low + high), mean, 0.0];
     let all = starts.map(|start| about(start, rest, reach, &tree, 1e-12 * (high - low)));
     let found = |images: &[Option<u32>]| images.iter().flatten().count();
     all.into_iter().reduce(|a, b| if found(&b) > found(&a) { b } else { a }).unwrap_or_default()
 }
 
-/// The same, from a plane on.
+/// The same, starting from one plane.
 fn about(
     mut plane: f64,
     rest: &[[f64; 3]],
@@ -104,14 +112,15 @@ fn about(
     still: f64,
 ) -> Vec<Option<u32>> {
     let mut images = vec![None; rest.len()];
-    // The plane is found from what is nearly there, the images from what is.
+    // The plane is found from approximate images, and the images from a narrow search.
     for wider in [4.0, 2.0, 1.0, 1.0] {
         let nearest: Vec<Option<u32>> = rest
             .iter()
             .zip(reach)
             .map(|(&[x, y, z], reach)| {
                 let image = [2.0 * plane - x, y, z];
-                // Of vertices at one place, the lowest: parts that touch are told apart by their faces.
+                // Of vertices at one place, the lowest counts. Parts that touch are told apart by their
+                // faces.
                 let found = tree.nearest_neighbors(&image).into_iter().min_by_key(|found| found.data)?;
                 let off = DVec3::from_array(*found.geom()).distance(DVec3::from_array(image));
                 (off <= wider * reach).then_some(found.data)
@@ -136,10 +145,11 @@ fn about(
     images
 }
 
-/// The mirror images of all vertices that are joined, face by face, with a face that has one by place.
+/// The mirror images of all vertices that are connected, face by face, to a face whose image is known by
+/// place.
 fn by_topology(rest: &[[f64; 3]], faces: &Faces, by_place: &[Option<u32>]) -> Vec<Option<u32>> {
     let all: Vec<&[u32]> = faces.iter().collect();
-    // The face on the side of each directed edge, and at which corner it begins.
+    // The face at each directed edge, and the corner at which the edge begins.
     let mut beside = HashMap::new();
     for (f, corners) in all.iter().enumerate() {
         for (i, &a) in corners.iter().enumerate() {
@@ -147,7 +157,7 @@ fn by_topology(rest: &[[f64; 3]], faces: &Faces, by_place: &[Option<u32>]) -> Ve
         }
     }
     let image_of = |f: usize| -> Option<Vec<u32>> { all[f].iter().map(|&v| by_place[v as usize]).collect() };
-    // The mirror image of a face goes round it the other way.
+    // A mirror image has its corners in the opposite order.
     let mut seeds: Vec<(f64, usize)> = (0..all.len())
         .filter_map(|f| {
             let image = image_of(f)?;
@@ -181,7 +191,7 @@ fn by_topology(rest: &[[f64; 3]], faces: &Faces, by_place: &[Option<u32>]) -> Ve
             }
         }
     }
-    // Vertices without a face, and parts whose faces say nothing, by their places after all.
+    // Vertices without a face, and parts whose faces did not help, get their images by place.
     let free = |v: u32, images: &[Option<u32>]| images[v as usize].is_none();
     for (v, image) in (0..).zip(by_place) {
         if let Some(w) = *image
@@ -195,7 +205,8 @@ fn by_topology(rest: &[[f64; 3]], faces: &Faces, by_place: &[Option<u32>]) -> Ve
     images
 }
 
-/// From a face and its mirror image to all that are joined with it; `None` where they do not lie beside each other in the same way.
+/// Spreads images from a face and its mirror image to all connected faces. `None` if the two sides are not
+/// connected in the same way.
 fn spread(
     all: &[&[u32]],
     beside: &HashMap<(u32, u32), (usize, usize)>,
@@ -217,7 +228,8 @@ fn spread(
         let corners = all[f].len();
         for i in 0..corners {
             let next = (i + 1) % corners;
-            // Across the edge, the other face has it the other way round; its mirror image has it as this face has.
+            // The face across an edge has the edge in the opposite direction. The image of that face has it
+            // in this face's direction.
             let over = beside.get(&(all[f][next], all[f][i]));
             let over_image = beside.get(&(image[i], image[next]));
             match (over, over_image) {
@@ -244,7 +256,8 @@ fn spread(
 mod tests {
     use super::*;
 
-    /// A grid of 7 × 5 quads across x = 2, bent to both sides alike, its vertices in rows; `skew` moves those on one side.
+    /// A grid of 7 × 5 quads across x = 2, bent symmetrically, with its vertices in rows. `skew` moves the
+    /// vertices of one side.
     fn grid(skew: f64) -> (Vec<[f64; 3]>, Faces) {
         let at = |i: u32| {
             let (x, y) = (f64::from(i % 8) - 3.5, f64::from(i / 8));
@@ -268,7 +281,7 @@ mod tests {
             let (rest, faces) = grid(skew);
             assert_eq!(mirror_images(&rest, &faces).unwrap(), expected(), "{skew}");
         }
-        // The second of these is not found by place alone.
+        // The second grid needs more than the places of its vertices.
         let (rest, faces) = grid(0.2);
         assert!(by_place(&rest, &reach(&rest, &faces)).contains(&None));
     }
@@ -279,7 +292,7 @@ mod tests {
         rest.push([9.0, 0.0, 0.0]);
         let error = mirror_images(&rest, &faces).unwrap_err();
         assert!(error.contains("vertex 48 at (9, 0, 0)"), "{error}");
-        // A grid whose faces differ: nothing goes on from the first one.
+        // A grid whose faces differ: no image spreads from the first face.
         rest.pop();
         rest[47] = [30.0, 30.0, 0.0];
         faces.push(&[46, 47, 39]);

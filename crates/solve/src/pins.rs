@@ -1,19 +1,23 @@
-//! Pins: vertices that stay where they are (section 2). A head whose back has no marker would swing with the face.
+//! Pins: vertices that stay where they are (section 2). Without pins, a head whose back has no marker would
+//! swing with the face.
 use glam::DVec3;
 use rhytid_core::{Face, Method, VertexId};
 use rhytid_geometry::geodesic::Cell;
 
-/// What an example moves by less stays, in metres: rounding of files and of scans that were put into the neutral's place.
+/// A vertex stays if no example moves it by more than this, in metres. The bound covers the rounding of files
+/// and of scans that were aligned with the neutral.
 const STAYS: f64 = 2e-5;
 
-/// A handle that an example moves by more is one that the examples show, in metres.
+/// An example shows a handle if it moves the handle by more than this, in metres.
 const MOVES: f64 = 1e-3;
 
-/// Which vertices are pinned: those that the face names, and where it asks for it what no example moves.
+/// V: whether a vertex is pinned. The pins are the vertices that the face names and, if it asks for this,
+/// vertices that no example moves.
 ///
-/// That is where the handle nearest along the mesh is moved by some example, so that the examples show what it does to its surroundings,
-/// and is farther than `spacing`, the mean rest length of the strain edges: what is between markers is for them to say. A handle is
-/// no pin.
+/// A vertex that no example moves is pinned under two conditions. First, some example moves the handle that
+/// is nearest along the mesh, so the examples show the handle's effect on its surroundings. Second, that
+/// handle is farther away than `spacing`, the mean rest length of the strain edges, because the markers
+/// decide between them. A handle is never a pin.
 pub(crate) fn pins(face: &Face, cells: &[Option<Cell>], spacing: f64) -> Vec<bool> {
     let mut pinned = vec![false; cells.len()];
     let auto = face.settings.pins.auto.unwrap_or(matches!(face.settings.method, Method::Learned(_)));
@@ -34,7 +38,7 @@ pub(crate) fn pins(face: &Face, cells: &[Option<Cell>], spacing: f64) -> Vec<boo
     pinned
 }
 
-/// The face with its examples at rest where it names pins; `None` where it names none.
+/// The face with the named pins at rest in its examples. `None` if it names none.
 pub(crate) fn with_pins_at_rest(face: &Face) -> Option<Face> {
     if face.settings.pins.vertices.is_empty() {
         return None;

@@ -14,31 +14,34 @@ use rhytid_geometry::triangulate;
 use rhytid_geometry::{Surface, Topology, components};
 use rhytid_kernels::normals;
 
-/// A vertex that less of the directions it faces see is in a hole.
+/// A vertex is in a hole if less than this part of the directions that it faces is open.
 const SEEN: f64 = 0.3;
 
-/// The face looks ahead: where the cosine between is below this, it is the back of the head.
+/// A vertex belongs to the back of the head if the cosine between its normal and the face's forward axis is
+/// below this.
 const AHEAD: f64 = -0.1;
 
-/// What no example moves by more, in metres, is not the face; nor by more than this part of what moves farthest: the neck, the ears.
+/// A vertex that no example moves by more does not belong to the face, as at the neck and the ears.
+///
+/// The bounds are in metres, and as a part of the movement of the vertex that moves farthest.
 const MOVES: (f64, f64) = (1e-3, 0.08);
 
-/// Actors are of other sizes than the mesh, up to this factor.
+/// The largest ratio between an actor's size and the mesh's, either way.
 const SIZES: f64 = 1.25;
 
 /// The part of a mesh that a marker can be glued to.
 pub struct Skin {
     rest: Vec<DVec3>,
     topology: Topology,
-    /// Which vertices a handle may be.
+    /// V: whether a vertex may be a handle.
     open: Vec<bool>,
-    /// Which of these some example moves; all, without examples.
+    /// V: whether some example moves such a vertex; true for all of them without examples.
     moves: Vec<bool>,
-    /// The triangles at these.
+    /// The triangles at vertices that may be handles.
     surface: Surface,
-    /// The mirror image of each vertex, where the mesh is the same on both sides.
+    /// The mirror image of each vertex, if the mesh is symmetric.
     images: Option<Vec<u32>>,
-    /// Right, up and where the face looks.
+    /// The face's right, up and forward axes.
     axes: DMat3,
     metres_per_unit: f64,
 }
@@ -48,19 +51,22 @@ pub struct Skin {
 pub struct Placed {
     /// Its vertex.
     pub vertex: u32,
-    /// How far the vertex is from where the marker was laid, in mesh units.
+    /// The distance of the vertex from the place of the marker, in mesh units.
     pub distance: f64,
-    /// Whether another marker has the vertex that is nearest.
+    /// Whether the nearest vertex belongs to another marker.
     pub aside: bool,
 }
 
 impl Skin {
-    /// Of a face whose handles do not matter: the outside of its largest part, without the back, and without what lies in mouth, nostrils and
-    /// behind lids.
+    /// The skin of a face: the outside of its largest part, without the back of the head.
+    ///
+    /// The insides of mouth and nostrils and the parts behind lids are left out. The face's handles do not
+    /// matter.
     ///
     /// # Errors
-    /// [`Error::Input`] if nothing is left: no faces, or a mesh that looks another way than along +Z (up Y) or −Y (up Z).
-    pub fn of(face: &Face) -> Result<Self> {
+    /// [`Error::Input`] if nothing is left. This is so for a mesh without faces, and for one that looks
+    /// another way than along +Z (up Y) or −Y (up Z).
+    pub fn from_face(face: &Face) -> Result<Self> {
         let in_place = aligned(face);
         let face = in_place.as_ref().map_or(face, |(face, _)| face);
         let positions = &face.neutral.positions;
@@ -118,8 +124,10 @@ impl Skin {
         Ok(Self { rest, topology, open, moves, surface, images, axes, metres_per_unit: face.metres_per_unit })
     }
 
-    /// Vertices for `count` handles on what the examples move, `kept` before them: each next one is as far along the mesh from those before it as any. Where the mesh is
-    /// the same on both sides, so are the handles, and there may be one more or less.
+    /// Vertices for `count` handles, spread over the vertices that the examples move, after the `kept` ones.
+    ///
+    /// Each next vertex is the farthest along the mesh from those before it. On a symmetric mesh the handles
+    /// are symmetric too, and there may be one more or less.
     pub fn spread(&self, count: usize, kept: &[VertexId]) -> Vec<VertexId> {
         let graph =
             EdgeGraph::new(&self.rest.iter().map(DVec3::to_array).collect::<Vec<_>>(), &self.topology);
@@ -136,7 +144,7 @@ impl Skin {
         };
         kept.iter().for_each(|&v| add(v, &mut nearest, &mut chosen));
         if chosen.is_empty() {
-            // The tip of the nose, or what else is foremost.
+            // The foremost vertex, usually the tip of the nose.
             let forward = |v: &usize| self.rest[*v].dot(self.axes.z_axis);
             let first = self.moving().max_by(|a, b| forward(a).total_cmp(&forward(b)));
             first.into_iter().for_each(|v| add(VertexId::from_index(v), &mut nearest, &mut chosen));
@@ -150,7 +158,7 @@ impl Skin {
             let apart = self.rest[v].distance(self.rest[image.index()]);
             let alone = nearest[v];
             add(VertexId::from_index(v), &mut nearest, &mut chosen);
-            // Near the middle one is enough for both sides.
+            // Near the middle, one handle is enough for both sides.
             if apart > 0.5 * alone && self.moves[image.index()] && !chosen.contains(&image) {
                 add(image, &mut nearest, &mut chosen);
             }
@@ -158,7 +166,9 @@ impl Skin {
         chosen
     }
 
-    /// Labels for spread handles: `m01`, `m02` and so on, and with `_l` and `_r` where two are mirror images: left is the face's own, +x.
+    /// Labels for spread handles: `m01`, `m02` and so on.
+    ///
+    /// Mirror images share a number and end with `_l` and `_r`. Left is the face's own left side, +x.
     pub fn labels(&self, vertices: &[VertexId]) -> Vec<String> {
         let mut labels = vec![String::new(); vertices.len()];
         let mut number = 0;
@@ -182,8 +192,10 @@ impl Skin {
         labels
     }
 
-    /// Lays markers over the skin: their positions in some unit and axes, with the metres in one unit if that is known, and the vertices of
-    /// those that are known. Each gets a vertex of its own.
+    /// Lays markers over the skin, and gives each marker a vertex of its own.
+    ///
+    /// `markers` may be in any unit and axes. `metres_per_unit` is their unit, if known, and `known` are the
+    /// vertices of markers whose vertex is known.
     ///
     /// # Errors
     /// [`Error::Input`] for fewer than four markers.
@@ -220,7 +232,7 @@ impl Skin {
             *placed = Some(Placed { vertex: v, distance: 0.0, aside: false });
             taken[v as usize] = true;
         }
-        // Who is nearest chooses first.
+        // The marker nearest to the surface gets its vertex first.
         let mut wishes: Vec<(f64, usize)> = (0..markers.len())
             .filter(|&i| placed[i].is_none())
             .map(|i| {
@@ -251,17 +263,18 @@ impl Skin {
         Ok((laid, placed.into_iter().flatten().collect()))
     }
 
-    /// How far a point is from the skin, in mesh units.
+    /// The distance of a point from the skin, in mesh units.
     pub fn distance(&self, point: DVec3) -> f64 {
         self.surface.closest(point).map_or(f64::INFINITY, |closest| closest.point.distance(point))
     }
 
-    /// The vertices that move.
+    /// The vertices that some example moves.
     fn moving(&self) -> impl Iterator<Item = usize> {
         (0..self.rest.len()).filter(|&v| self.moves[v])
     }
 
-    /// Of metres, centimetres, millimetres and inches the unit in which the markers are about as far apart as the face is large.
+    /// The likely scale of the markers: the spread of the markers is about the size of the face in that unit.
+    /// Units are metres, centimetres, millimetres and inches.
     fn likely_scale(&self, markers: &[DVec3], extent: f64) -> f64 {
         let bounds =
             markers.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(l, h), p| (l.min(*p), h.max(*p)));

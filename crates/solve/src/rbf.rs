@@ -6,7 +6,8 @@ use rayon::prelude::*;
 use rhytid_core::{Error, Influences, Progress, Result, StrainEdgeId, Table};
 use rhytid_kernels::detail::feature_distance;
 
-/// Eigenvalues below this part of the largest in size count as zero: poses that look the same to a vertex.
+/// Eigenvalues below this part of the largest absolute one count as zero. They come from poses that are the
+/// same at a vertex.
 const RANK_TOLERANCE: f64 = 1e-6;
 
 /// Vertices between two reports of progress.
@@ -35,7 +36,8 @@ impl Workspace {
 
 /// w, V×N: for each vertex the minimum-norm solution of `Φ w = d` with `Φ[i, j] = ‖f_i − f_j‖_v`.
 ///
-/// `pose_features` is N×F with the rest pose first; `detail` is P×V, P = N − 1. The detail of the rest pose is zero.
+/// `pose_features` is N×F with the rest pose first; `detail` is P×V, P = N − 1. The detail of the rest pose
+/// is zero.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
@@ -123,7 +125,7 @@ mod tests {
     use super::*;
     use rhytid_core::NoProgress;
 
-    /// Of one vertex that listens to all K strain edges.
+    /// The weights of one vertex that all K strain edges influence.
     fn weights<const K: usize>(
         features: &[[f64; K]],
         alpha: &[f64; K],
@@ -161,7 +163,8 @@ mod tests {
         let features = [[0.0], [0.5], [0.5]];
         let detail = [[1.0, 0.0, 0.0], [3.0, 0.0, 0.0]];
         let w = weights(&features, &[1.0], &detail);
-        // At the rest pose 0.5 (w1 + w2) = 0 and at the examples 0.5 w0 = 2, the mean of 1 and 3.
+        // The equations are 0.5 (w1 + w2) = 0 at the rest pose, and 0.5 w0 = 2 at the examples, the mean of 1
+        // and 3.
         for (w, expected) in w.iter().zip([4.0, 0.0, 0.0]) {
             assert!((w[0] - expected).abs() < 1e-12, "{w:?}");
         }

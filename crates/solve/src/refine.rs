@@ -1,5 +1,6 @@
-//! Frames of bends that one rotation a handle is not enough for, refined offline: the shell's energy where every vertex has a rotation of its
-//! own (`docs/method.md`, rotations).
+//! Offline refinement of frames with bends for which one rotation per handle is not enough.
+//!
+//! The shell's energy is minimised with a rotation of its own at every vertex (`docs/method.md`, rotations).
 use crate::driven::DrivenComponents;
 use crate::system::System;
 use rayon::prelude::*;
@@ -10,39 +11,44 @@ use rhytid_geometry::cholesky::dissect;
 use rhytid_geometry::laplacian;
 use rhytid_kernels::vec3;
 
-/// A step that moves no vertex by more than this part of the handles' spacing is the last.
+/// The iteration ends at a step that moves no vertex by more than this part of the handles' spacing.
 const STILL: f64 = 1e-4;
 
-/// Steps at most.
+/// The most steps.
 const MOST_STEPS: usize = 60;
 
-/// ℓ of what is refined, as a part of the rig's: of a sheet that is rolled and a cylinder that is bent, this one was nearest to both.
+/// ℓ of the refinement, as a part of the rig's ℓ. This part was nearest to both test shapes, a rolled sheet
+/// and a bent cylinder.
 const BENDING: f64 = 0.25;
 
-/// What refines frames of a rig without examples.
+/// The refinement of frames of a rig without examples.
 ///
-/// In turn, the rotation R_i is found at each vertex that takes the edges to its neighbours from the rest pose r to the positions x as well as can
-/// be, and the positions for which `Σ_ij w_ij ‖x_i − x_j − R_i (r_i − r_j)‖² + ℓ² Σ_i M_i ‖(Δx)_i − R_i (Δr)_i‖²` is least with the handles where they
-/// are, by one factor for all frames: as rigid as possible (Sorkine and Alexa 2007), and stiff in bending as the shell is, without which the
-/// surface is pulled to a tip at each handle.
+/// Two steps alternate. The first finds the rotation R_i at each vertex that best takes the edges to its
+/// neighbours from the rest pose r to the positions x. The second finds the positions that minimise `Σ_ij
+/// w_ij ‖x_i − x_j − R_i (r_i − r_j)‖² + ℓ² Σ_i M_i ‖(Δx)_i − R_i (Δr)_i‖²`, with the handles in their
+/// places. One factorisation serves all frames.
+///
+/// The first term makes the surface as rigid as possible (Sorkine and Alexa 2007). The second makes it stiff
+/// in bending, as the shell is. Without it, the surface forms a tip at each handle.
 pub struct Refine {
     rest: Vec<[f64; 3]>,
-    /// Δr of the rest pose, with ℓ² M: what is turned.
+    /// ℓ² times Δr of the rest pose, which the rotations turn.
     bending: Vec<[f64; 3]>,
     system: System,
     factor: Factor,
     /// The vertices that are free, in the factor's order.
     order: Vec<u32>,
-    /// V: which those are.
+    /// V: whether the vertex is free.
     is_free: Vec<bool>,
     handles: Vec<VertexId>,
-    /// How little is nothing.
+    /// A step that moves all vertices by less than this is the last, in mesh units.
     still: f64,
 }
 
 impl Refine {
-    /// For a rig without examples, with a quarter of its bending length. What is in no part with a handle, or does not move, stays where frames
-    /// have it.
+    /// The refinement of a rig without examples, with a quarter of its bending length.
+    ///
+    /// Parts without a handle, and vertices that do not move, stay where frames have them.
     ///
     /// # Errors
     /// As [`Refine::with_bending_length`].
@@ -50,11 +56,11 @@ impl Refine {
         Self::with_bending_length(rig, BENDING * rig.bending_length(), progress)
     }
 
-    /// The same, with ℓ in mesh units: with 0 it resists stretching alone.
+    /// The same, with ℓ in mesh units. With ℓ = 0, only stretching is resisted.
     ///
     /// # Errors
-    /// [`Error::Input`] if the rig has examples, which show better than an energy what becomes of the surface, or if the system is not
-    /// positive definite in floating point; [`Error::Cancelled`].
+    /// [`Error::Input`] if the rig has examples, which describe the surface better than an energy does. Also
+    /// if the system is not positive definite in floating point. [`Error::Cancelled`].
     pub fn with_bending_length(rig: &Rig<f64>, bending_length: f64, progress: &dyn Progress) -> Result<Self> {
         if !rig.examples().is_empty() {
             return Err(Error::conflict(format!(
@@ -87,7 +93,8 @@ impl Refine {
         })
     }
 
-    /// Refines the V positions of a frame whose H handles are at `handle_positions`, and says in how many steps.
+    /// Refines the V positions of a frame whose H handles are at `handle_positions`. The result is the number
+    /// of steps.
     pub fn frame(&self, handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]) -> usize {
         self.handles.iter().zip(handle_positions).for_each(|(v, x)| positions[v.index()] = *x);
         for step in 1..=MOST_STEPS {
@@ -98,11 +105,11 @@ impl Refine {
         MOST_STEPS
     }
 
-    /// The rotations, and then the positions; how far a vertex goes at the most.
+    /// Computes the rotations and then the positions. The result is the largest distance that a vertex moves.
     fn step(&self, positions: &mut [[f64; 3]]) -> f64 {
         let turns: Vec<[[f64; 3]; 3]> =
             (0..self.rest.len()).into_par_iter().map(|v| self.turn(positions, v)).collect();
-        // What the turned rest pose pulls at, less what the vertices that are not free do.
+        // The right-hand side: the turned rest pose, less the part of the vertices that are not free.
         let turned: Vec<[f64; 3]> =
             turns.par_iter().zip(&self.bending).map(|(turn, b)| applied(turn, *b)).collect();
         let fixed: Vec<[f64; 3]> = positions
@@ -134,7 +141,7 @@ impl Refine {
         farthest
     }
 
-    /// R − I of a vertex: how the edges to its neighbours turn from rest.
+    /// R − I of a vertex, where R is the rotation of the edges to its neighbours from rest.
     fn turn(&self, positions: &[[f64; 3]], v: usize) -> [[f64; 3]; 3] {
         let mut sum = [[0.0; 3]; 3];
         for (w, c) in self.system.laplacian_row(v as u32) {
@@ -148,7 +155,7 @@ impl Refine {
     }
 }
 
-/// x, turned.
+/// `turn` applied to x.
 fn applied(turn: &[[f64; 3]; 3], x: [f64; 3]) -> [f64; 3] {
     vec3::add(x, turn.map(|row| vec3::dot(row, x)))
 }

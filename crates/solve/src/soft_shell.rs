@@ -1,4 +1,5 @@
-//! A thin shell that is drawn towards targets instead of being held at handles: what lays one face over another.
+//! A thin shell that is drawn towards targets instead of being held at handles. It lays one face over
+//! another.
 use crate::system::System;
 use rhytid_core::{Error, Progress, Result, Table};
 use rhytid_geometry::cholesky::Columns;
@@ -7,8 +8,10 @@ use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;
 use rhytid_geometry::laplacian::laplacian;
 
-/// The linear thin shell of section 2, drawn: `u` of least `∫ ‖∇u‖² + ℓ² ‖Δu‖² + Σ_v w_v ‖u_v − t_v‖²`, which is `(A + diag w) u = w t` with the matrix
-/// A that the basis comes from.
+/// The linear thin shell of section 2, drawn towards targets.
+///
+/// The displacement `u` minimises `∫ ‖∇u‖² + ℓ² ‖Δu‖² + Σ_v w_v ‖u_v − t_v‖²`. So it solves
+/// `(A + diag w) u = w t`, with the matrix A of the basis.
 ///
 /// ```
 /// use rhytid_core::{NoProgress, Table};
@@ -30,7 +33,8 @@ pub struct SoftShell {
 }
 
 impl SoftShell {
-    /// Of V rest positions and their triangles, with ℓ in mesh units. Vertices of which `moves` is false take no part and stay.
+    /// A shell of V rest positions and their triangles, with ℓ in mesh units. Vertices for which `moves` is
+    /// false take no part and stay.
     pub fn new(rest: &[[f64; 3]], triangles: &[[u32; 3]], moves: &[bool], bending_length: f64) -> Self {
         let system = System::new(laplacian(rest, triangles), bending_length);
         let moving = (0..rest.len() as u32).filter(|&v| moves[v as usize] && system.mass(v) > 0.0).collect();
@@ -38,11 +42,12 @@ impl SoftShell {
         Self { matrix: system.lower(&dissection.order), dissection, vertices: rest.len() }
     }
 
-    /// V×n displacements in mesh units: each vertex is drawn towards its row of n `targets`, by its weight, V of 0 or more.
+    /// V×n displacements in mesh units. Each vertex is drawn towards its row of n `targets` by its weight.
+    /// The V weights are at least 0.
     ///
     /// # Errors
-    /// [`Error::Input`] if a part that moves has no weight, so that it could be anywhere; [`Error::Internal`] if there are not V weights and
-    /// V rows of targets; [`Error::Cancelled`].
+    /// [`Error::Input`] if a part that moves has no weight, because its place is then undetermined.
+    /// [`Error::Internal`] if there are not V weights and V rows of targets. [`Error::Cancelled`].
     pub fn drawn(
         &self,
         weights: &[f64],
@@ -58,7 +63,7 @@ impl SoftShell {
         let mut x = Vec::with_capacity(3 * n * order.len());
         for (j, &v) in order.iter().enumerate() {
             let weight = weights[v as usize];
-            // Rows ascend in each column of the lower triangle, so that the first is the diagonal.
+            // Rows ascend in each column of the lower triangle, so the first entry is the diagonal.
             matrix.values[matrix.offsets[j]] += weight;
             x.extend(targets.row(v as usize).as_flattened().iter().map(|t| weight * t));
         }

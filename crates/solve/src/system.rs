@@ -1,18 +1,20 @@
-//! Sparse symmetric matrices over the vertices of a mesh: section 2's, A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ², and
-//! that which smooths, M − (σ²/2) C.
+//! Sparse symmetric matrices over the vertices of a mesh.
+//!
+//! The matrix of section 2 is A = −k_s C + k_b C M⁻¹ C with k_s = 1 and k_b = ℓ². The matrix that smooths is
+//! M − (σ²/2) C.
 use rayon::prelude::*;
 use rhytid_core::VertexId;
 use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Graph;
 use rhytid_geometry::laplacian::Laplacian;
 
-/// Rows assembled by one thread at a time.
+/// The number of rows that one thread assembles at a time.
 const ROWS_AT_ONCE: usize = 4096;
 
-/// A vertex that is not in an order has this place in it.
+/// The place of a vertex that is not in an order.
 pub(crate) const NONE: u32 = u32::MAX;
 
-/// What a matrix is made of.
+/// The energy of a matrix.
 enum Energy {
     /// −C + ℓ² C M⁻¹ C, with ℓ².
     Shell(f64),
@@ -20,20 +22,20 @@ enum Energy {
     Smoothing(f64),
 }
 
-/// A, row by row: its entries are made when they are asked for.
+/// A, row by row. Its entries are computed when they are asked for.
 pub struct System {
     mass: Vec<f64>,
     energy: Energy,
-    /// Which vertices share an edge of the mesh, each with itself: where C has entries.
+    /// The neighbours of each vertex along edges of the mesh, and the vertex itself: the entries of C.
     rings: Graph,
     /// C, in the order of `rings`.
     laplacian: Vec<f64>,
-    /// Where A has entries: two rings for the shell's, one for that which smooths.
+    /// The entries of A: two rings for the shell, one for the matrix that smooths.
     pattern: Graph,
 }
 
 impl System {
-    /// The thin shell's, for ℓ in mesh units.
+    /// The matrix of the thin shell, for ℓ in mesh units.
     pub fn new(laplacian: Laplacian, bending_length: f64) -> Self {
         let (rings, values) = rows(&laplacian);
         let pattern = two_rings(&rings);
@@ -41,7 +43,7 @@ impl System {
         Self { mass: laplacian.mass, energy, rings, laplacian: values, pattern }
     }
 
-    /// That which smooths, for σ in mesh units.
+    /// The matrix that smooths, for σ in mesh units.
     pub fn smoothing(laplacian: Laplacian, sigma: f64) -> Self {
         let (rings, values) = rows(&laplacian);
         let energy = Energy::Smoothing(0.5 * sigma * sigma);
@@ -53,7 +55,7 @@ impl System {
         self.mass[v as usize]
     }
 
-    /// `ℓ² M⁻¹ C x` of the shell's, of V positions; 0 at vertices without area.
+    /// `ℓ² M⁻¹ C x` of V positions x, for the shell; 0 at vertices without area.
     pub fn bending(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let Energy::Shell(bending) = self.energy else { return vec![[0.0; 3]; positions.len()] };
         let of_vertex = |v: usize| {
@@ -67,12 +69,12 @@ impl System {
         (0..positions.len()).into_par_iter().map(of_vertex).collect()
     }
 
-    /// Where A has entries.
+    /// The entries of A.
     pub fn pattern(&self) -> &Graph {
         &self.pattern
     }
 
-    /// The entries of row `v`, in the pattern's order, in place of what was in `values`.
+    /// Replaces `values` by the entries of row `v`, in the pattern's order.
     pub fn row(&self, v: u32, values: &mut Vec<f64>) {
         let pattern = self.pattern.neighbors(v);
         values.clear();
@@ -108,7 +110,8 @@ impl System {
         self.rings.neighbors(v).iter().copied().zip(self.laplacian[range].iter().copied())
     }
 
-    /// The lower triangle of A for the vertices `order` (distinct), in that order. Rows ascend in each column.
+    /// The lower triangle of A for the vertices `order` (distinct), in that order. Rows ascend in each
+    /// column.
     pub fn lower(&self, order: &[u32]) -> Columns {
         let place = self.places(order);
         let assemble = |(block, vertices): (usize, &[u32])| {
@@ -145,7 +148,7 @@ impl System {
         right
     }
 
-    /// Where each vertex of the mesh stands in `order`; `u32::MAX` where it does not.
+    /// The place of each vertex of the mesh in `order`; `u32::MAX` for vertices that are not in it.
     pub fn places(&self, order: &[u32]) -> Vec<u32> {
         let mut place = vec![NONE; self.mass.len()];
         for (i, &v) in order.iter().enumerate() {
@@ -189,7 +192,7 @@ fn rows(laplacian: &Laplacian) -> (Graph, Vec<f64>) {
     (Graph { offsets, neighbors }, values)
 }
 
-/// The neighbours' neighbours, which with each vertex itself in its ring are its neighbours too.
+/// The neighbours of the neighbours. A ring contains its own vertex, so direct neighbours are included.
 fn two_rings(rings: &Graph) -> Graph {
     let vertices: Vec<u32> = (0..rings.offsets.len() as u32 - 1).collect();
     let join = |vertices: &[u32]| {

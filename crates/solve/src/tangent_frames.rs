@@ -5,8 +5,10 @@ use rhytid_core::VertexId;
 use rhytid_geometry::Topology;
 use rhytid_kernels::normals;
 
-/// For each vertex the one-ring neighbour whose edge has the longest part tangential to the rest normal (ties:
-/// the lowest index); the vertex itself where it has no neighbour.
+/// The tangent neighbour of each vertex.
+///
+/// It is the one-ring neighbour whose edge has the longest part tangential to the rest normal (ties: the
+/// lowest index). A vertex without a neighbour has itself.
 pub fn tangent_neighbors(rest: &[[f64; 3]], triangles: &[[u32; 3]], topology: &Topology) -> Vec<VertexId> {
     (0..rest.len())
         .into_par_iter()

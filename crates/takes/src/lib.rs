@@ -1,5 +1,5 @@
-//! Marker takes: as Rhytid has them ([`take`]), as capture systems write them ([`raw_take`]), and the small tables beside them
-//! ([`tables`]).
+//! Marker takes in Rhytid's format ([`take`]) and in the formats of capture systems ([`raw_take`]), and the
+//! small tables beside them ([`tables`]).
 //!
 //! ```
 //! use rhytid_core::Missing;

@@ -1,4 +1,4 @@
-//! The data beside the project, and what `cargo xtask setup` installs.
+//! The data beside the project, and the programs that `cargo xtask setup` installs.
 use crate::skip;
 use std::path::{Path, PathBuf};
 
@@ -7,8 +7,8 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// What `../shared` beside the repository has under this path (the folder itself for ""); `None`, as a [`skip`], where it is not
-/// there.
+/// The path in `../shared` beside the repository (the folder itself for ""). `None`, with a [`skip`], if it
+/// does not exist.
 #[track_caller]
 pub fn shared(path: &str) -> Option<PathBuf> {
     let path = root().join("../shared").join(path);
@@ -19,10 +19,10 @@ pub fn shared(path: &str) -> Option<PathBuf> {
     None
 }
 
-/// Something that `cargo xtask setup` puts under `target/`.
+/// A path under `target/` that `cargo xtask setup` installs.
 ///
 /// # Panics
-/// Where it is not there.
+/// If it does not exist.
 #[track_caller]
 pub fn installed(path: &str) -> PathBuf {
     let path = root().join("target").join(path);
@@ -30,19 +30,20 @@ pub fn installed(path: &str) -> PathBuf {
     path
 }
 
-/// The Python with today's USD: `RHYTID_PYTHON`, or what `cargo xtask setup` installed.
+/// The Python with the current USD: `RHYTID_PYTHON`, or the one that `cargo xtask setup` installed.
 ///
 /// # Panics
-/// Where it is not there.
+/// If it does not exist.
 #[track_caller]
 pub fn python() -> PathBuf {
     python_of("RHYTID_PYTHON", "venv")
 }
 
-/// The Python with the oldest USD that is tested: `RHYTID_PYTHON_USD_24_3`, or what `cargo xtask setup` installed.
+/// The Python with the oldest tested USD: `RHYTID_PYTHON_USD_24_3`, or the one that `cargo xtask setup`
+/// installed.
 ///
 /// # Panics
-/// Where it is not there.
+/// If it does not exist.
 #[track_caller]
 pub fn python_usd_24_3() -> PathBuf {
     python_of("RHYTID_PYTHON_USD_24_3", "venv-usd-24.3")

@@ -1,13 +1,19 @@
-//! A backend that fails when it is told to.
+//! A backend that fails on request.
 use rhytid_backend_cpu::{Cpu, CpuSession};
 use rhytid_core::{
     Backend, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions,
 };
 use std::time::Duration;
 
-/// The CPU backend until a batch that it fails in, as its id says: `evaluate:2` fails in the third batch, `read:2`
-/// in the second stage read of the third batch, `upload` at once; `nothing` computes nothing. From the third batch on `dark:2` has
-/// no normals, `flipped:2` has them inside out, and `late:2` those of the frame before.
+/// The CPU backend, which fails in a batch that its name tells.
+///
+/// - `evaluate:2` fails in the third batch.
+/// - `read:2` fails in the second stage read of the third batch.
+/// - `upload` fails at once.
+/// - `nothing` computes nothing.
+/// - `dark:2` has no normals from the third batch on.
+/// - `flipped:2` has normals inside out from the third batch on.
+/// - `late:2` has the normals of the frame before from the third batch on.
 pub struct Flaky(String);
 
 /// Its session.
@@ -92,7 +98,7 @@ pub fn info(name: &str) -> DeviceInfo {
     info
 }
 
-/// The same, not as the processor, so that it is watched.
+/// The same, but not reported as the CPU, so that it is watched.
 pub fn watched(name: &str) -> DeviceInfo {
     DeviceInfo { backend: "flaky", ..info(name) }
 }

@@ -1,5 +1,7 @@
-//! Help that the tests of several crates share: how one says that it does nothing here, the data beside the project, a small face, the programs that
-//! `cargo xtask setup` installs, readings of `/proc`, what was logged, and a device that fails.
+//! Helpers that the tests of several crates share.
+//!
+//! They are skips, the data beside the project, a small face, and the programs that `cargo xtask setup`
+//! installs. There are also readings of `/proc`, the log, and a device that fails.
 #![forbid(unsafe_code)]
 
 mod data;

@@ -1,10 +1,11 @@
-//! The log, as a test reads it.
+//! The log, for reading in a test.
 use std::sync::{Mutex, PoisonError};
 use std::thread::ThreadId;
 
-/// What is logged on this thread, at any level, from [`Logged::start`] on: other tests log on other threads.
+/// The messages that are logged on this thread, at any level, from [`Logged::start`] on. Other tests log on
+/// other threads.
 pub struct Logged {
-    /// Where in the list of all this one begins.
+    /// The index of its first message in the list of all.
     start: usize,
 }
 
@@ -26,7 +27,7 @@ impl log::Log for All {
 }
 
 impl Logged {
-    /// Listens from now on. No other logger may be set in a process that uses this.
+    /// Records messages from now on. No other logger may be set in a process that uses this.
     pub fn start() -> Self {
         // Another test may have been first.
         let _ = log::set_logger(&ALL);
@@ -34,7 +35,7 @@ impl Logged {
         Self { start: ALL.0.lock().unwrap_or_else(PoisonError::into_inner).len() }
     }
 
-    /// What was logged since, as `WARN what`.
+    /// The messages since then, as `WARN what`.
     pub fn lines(&self) -> Vec<String> {
         let all = ALL.0.lock().unwrap_or_else(PoisonError::into_inner);
         let here = std::thread::current().id();

@@ -1,6 +1,6 @@
-//! Memory of a process, as Linux tells it in `/proc`.
+//! The memory of a process, from Linux's `/proc`.
 
-/// Bytes of this process that are in memory now.
+/// The bytes of this process that are in memory now.
 ///
 /// # Panics
 /// Where there is no `/proc`.
@@ -16,7 +16,7 @@ pub fn peak() -> u64 {
     status("self", "VmHWM:").expect("/proc/self/status should have VmHWM")
 }
 
-/// As [`peak`], of another process; `None` once it has ended.
+/// The same as [`peak`], for another process; `None` once it has ended.
 pub fn peak_of(process: u32) -> Option<u64> {
     status(&process.to_string(), "VmHWM:")
 }

@@ -1,4 +1,4 @@
-//! Rigs that are small, or another in one point.
+//! Small rigs, and rigs with one change.
 use rhytid_core::{
     Examples, Faces, FineScale, HandleSet, Influences, Result, Rig, RigParts, Surface, Table, UpAxis,
     VertexId,
@@ -15,7 +15,7 @@ pub fn changed<T: Real>(rig: &Rig<T>, change: impl FnOnce(&mut RigParts<T>)) -> 
     Rig::new(parts)
 }
 
-/// A triangle: its first vertex is a handle, the second follows it half the way, and the third stays.
+/// A triangle. Its first vertex is a handle, the second follows it half the way, and the third stays.
 pub fn triangle() -> Rig {
     let rest = vec![[0.0, 0.0, 0.0], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]];
     let parts = RigParts {

@@ -1,11 +1,13 @@
-//! A small face that nothing is wrong with.
+//! A small face without faults.
 use rhytid_core::{Example, Face, Faces, Handles, Mesh, Settings, UpAxis, VertexId};
 
 /// Vertices along a side of the sheet.
 pub const SIDE: u32 = 5;
 
-/// A curved sheet of 5 × 5 vertices, 16 cm wide, in 16 quads: row after row, so that the vertices of a row are on
-/// a line. Handles at its corners and its middle; one example, which lifts the middle and folds a vertex beside.
+/// A curved sheet of 5 × 5 vertices, 16 cm wide, in 16 quads.
+///
+/// The vertices come row after row, and those of a row are on a line. Handles are at its corners and its
+/// middle. One example lifts the middle and folds a vertex beside it.
 pub fn face() -> Face {
     let mut neutral = Mesh::default();
     add_sheet(&mut neutral, SIDE, SIDE, [0.0; 3]);

@@ -1,4 +1,6 @@
-//! Which place of the first face each vertex of the second has, and how the surface turns, grows and stretches on the way.
+//! The correspondence of two faces: each vertex of the second has a place on the first.
+//!
+//! It also has how the surface turns, grows and stretches from the first face to the second.
 use crate::gradients::{Local, gradients, local, turned_over};
 use crate::landmarks::Landmarks;
 use crate::skin::Skin;
@@ -13,16 +15,20 @@ use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::DrivenComponents;
 use serde::Serialize;
 
-/// A counterpart is looked for within this many spacings of the handles; beyond the border of the first face, within fewer.
+/// The search distance of a counterpart, in spacings of the handles. Beyond the border of the first face, the
+/// shorter one holds.
 const WITHIN: f64 = 0.25;
 const BEYOND: f64 = 0.125;
 
-/// An edge is torn whose ends come apart by more than this, in its lengths: so much, and so many times what edges of the first face do there.
-/// This is looked for again where some were found, so often at most.
+/// The bound of torn edges, and the most passes of their search.
+///
+/// An edge is torn if its ends move apart by more than `TORN[0] + TORN[1] · s` of its length. Here s is the
+/// largest stretch of the first face there. The search is repeated while torn edges are found.
 const TORN: [f64; 2] = [0.75, 1.0];
 const PASSES: usize = 8;
 
-/// A piece between tears that is less than one part in so many of what has a counterpart is in the wrong place.
+/// A piece between tears is in the wrong place if it has less than one part in this many of all vertices with
+/// a counterpart.
 const SMALL: usize = 20;
 
 /// Why a vertex has no counterpart.
@@ -33,11 +39,11 @@ pub enum Missing {
     OtherPart,
     /// The first face ends before it: the back of a head beside a mask.
     BeyondTheBorder,
-    /// What is near faces another way: the mouth's lining, the nostrils.
+    /// The surface nearby faces another way: the mouth's lining, the nostrils.
     FacesAway,
-    /// Nothing is near.
+    /// No surface is near.
     TooFar,
-    /// What is near does not move as what the vertices around it have: the other lip.
+    /// The surface nearby does not move as that at the vertices around: the other lip.
     Elsewhere,
 }
 
@@ -48,43 +54,46 @@ pub(crate) struct Place {
     pub corners: [u32; 3],
     /// Their weights, from 0 to 1, with a sum of 1.
     pub weights: [f64; 3],
-    /// How far the vertex is from there once the faces lie on each other, in units of the second.
+    /// The distance of the vertex from the place once the faces lie on each other, in units of the second
+    /// face.
     pub distance: f64,
 }
 
 impl Place {
-    /// At a vertex.
+    /// The place at a vertex.
     pub(crate) fn at(vertex: u32) -> Self {
         Self { corners: [vertex; 3], weights: [1.0, 0.0, 0.0], distance: 0.0 }
     }
 
-    /// The mean of what the corners have.
+    /// The weighted mean of the corners' values.
     pub(crate) fn mean<T: std::ops::Mul<f64, Output = T> + std::iter::Sum + Copy>(&self, values: &[T]) -> T {
         self.corners.iter().zip(self.weights).map(|(&v, w)| values[v as usize] * w).sum()
     }
 }
 
-/// What of the second face is where on the first.
+/// The places of the second face's vertices on the first face.
 pub(crate) struct Correspondence {
-    /// Of each vertex of the second face.
+    /// The place of each vertex of the second face, or why it has none.
     pub places: Vec<Result<Place, Missing>>,
-    /// How the surface changes from the first face to the second there; the similarity's where it has no place.
+    /// The change of the surface from the first face to the second at each place. A vertex without a place
+    /// has the change of the similarity.
     pub locals: Vec<Local>,
-    /// Of the landmarks' vertices of the second face, how the first's vertex changes.
+    /// The change of the surface at each landmark's vertex of the first face.
     pub at_landmarks: Vec<Local>,
-    /// Which vertices of the second face are in a part with a landmark.
+    /// V: whether a vertex of the second face is in a part with a landmark.
     pub takes_part: Vec<bool>,
-    /// From the first face to the second.
+    /// The similarity from the first face to the second.
     pub overall: Similarity,
     /// Whether both have the same faces, so that vertices correspond by their numbers.
     pub same_topology: bool,
     /// Triangles of the first face that the warp turns over.
     pub turned_over: Vec<usize>,
-    /// How far each landmark of the first face is from its partner after the warp.
+    /// The distance of each landmark of the first face from its partner after the warp.
     pub landmark_distances: Vec<f64>,
 }
 
-/// The correspondence of two faces by their landmarks; `spacing` is how far handles of the second are apart, about.
+/// The correspondence of two faces by their landmarks. `spacing` is the approximate distance between handles
+/// of the second face.
 ///
 /// # Errors
 /// As [`warp`].
@@ -124,7 +133,7 @@ pub(crate) fn correspondence(
     let at = |place: &Result<Place, Missing>| {
         place.as_ref().ok().and_then(|place| local(place.mean(&of_vertices))).unwrap_or(as_a_whole)
     };
-    // What takes no part is where the similarity put it.
+    // Vertices that take no part are where the similarity put them.
     let takes_part_here =
         |t: &[u32; 3]| t.iter().any(|&v| warped[v as usize] != overall.apply(rest[v as usize]));
     Ok(Correspondence {
@@ -143,7 +152,8 @@ pub(crate) fn correspondence(
     })
 }
 
-/// For each vertex of `there` the closest place of `here`, whose vertices are `warped`, that faces as it does.
+/// The closest place of `here` that faces the same way, for each vertex of `there`. `warped` are the vertices
+/// of `here` after the warp.
 fn places(here: &Skin<'_>, warped: &[DVec3], there: &Skin<'_>, spacing: f64) -> Vec<Result<Place, Missing>> {
     let surface = here.facing(warped);
     let place = |v: usize| {
@@ -165,8 +175,11 @@ fn places(here: &Skin<'_>, warped: &[DVec3], there: &Skin<'_>, spacing: f64) -> 
 }
 
 impl Correspondence {
-    /// Takes out places that are not where those of the vertices around are, as on the other lip: most of the edges to them would be torn when the first
-    /// face moves. Of each example these are displacements of the second face's vertices, in its units, and the [`stretches`] of the first's.
+    /// Takes out places that are away from those of the vertices around, as on the other lip.
+    ///
+    /// Most of the edges at such a vertex would be torn when the first face moves. `examples` has two lists
+    /// for each example: the displacements of the second face's vertices, in its units, and the [`stretches`]
+    /// of the first face's.
     pub(crate) fn take_out_tears(
         &mut self,
         rest: &[[f64; 3]],
@@ -196,7 +209,7 @@ impl Correspondence {
             }
             torn.into_iter().for_each(|v| self.places[v] = Err(Missing::Elsewhere));
         }
-        // What tears cut off from all the rest.
+        // Pieces that tears cut off from the rest.
         let mut piece = vec![usize::MAX; rest.len()];
         let mut pieces: Vec<Vec<usize>> = Vec::new();
         for first in 0..rest.len() {
@@ -223,7 +236,7 @@ impl Correspondence {
     }
 }
 
-/// How far what each vertex does is from no motion at all, as a ratio: ‖∇u‖ where its V positions are these.
+/// The stretch of the surface at each vertex, as a ratio: ‖∇u‖, given the V `positions`.
 pub(crate) fn stretches(
     rest: &[DVec3],
     positions: &[[f64; 3]],

@@ -1,4 +1,4 @@
-//! Examples of the second face, made of the first's.
+//! Examples of the second face, made from those of the first.
 use crate::correspondence::{Correspondence, Place};
 use crate::gradients::{Local, gradients, local};
 use crate::shapes::Evaluated;
@@ -9,23 +9,23 @@ use rhytid_geometry::laplacian;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::{SoftShell, shell};
 
-/// What is without a counterpart goes on as what has one beside it, and fades over this many spacings of the handles.
+/// The length over which wrinkles fade beyond the vertices with a counterpart, in spacings of the handles.
 const FADES: f64 = 0.5;
 
-/// How much harder what has a counterpart is held where that is filled.
+/// The factor by which vertices with a counterpart are held more strongly while the others are filled.
 const HELD: f64 = 1e8;
 
-/// A shell of the second face that the first's examples move.
+/// A shell of the second face, which the first face's examples move.
 pub(crate) struct Base {
     /// B, V×n, for the n handles whose places are known.
     basis: Table<f64>,
-    /// Where each of these handles is on the first face, and how the surface changes there.
+    /// The place of each of these handles on the first face, and the change of the surface there.
     handles: Vec<(Place, Local)>,
-    /// Which vertices stay in all examples.
+    /// V: whether a vertex stays in all examples.
     stays: Vec<bool>,
 }
 
-/// `s R (x − x₀)` at a place of the first face: a displacement as it is on the second.
+/// `s R (x − x₀)` at a place of the first face: its displacement, carried over to the second face.
 fn carried(positions: &[[f64; 3]], rest: &[DVec3], place: &Place, local: &Local) -> DVec3 {
     let moved = place.corners.iter().zip(place.weights);
     let d: DVec3 =
@@ -33,7 +33,8 @@ fn carried(positions: &[[f64; 3]], rest: &[DVec3], place: &Place, local: &Local)
     local.rotation * d * local.scale
 }
 
-/// What the first face does in one of its examples, at each vertex of the second; 0 without a counterpart.
+/// The displacements of the first face in one of its examples, carried over to each vertex of the second; 0
+/// without a counterpart.
 pub(crate) fn carried_everywhere(
     found: &Correspondence,
     positions: &[[f64; 3]],
@@ -45,7 +46,7 @@ pub(crate) fn carried_everywhere(
         .collect()
 }
 
-/// Makes the examples.
+/// The maker of the examples.
 pub(crate) struct Maker<'a> {
     pub from: &'a Rig,
     /// Its vertices at rest.
@@ -59,7 +60,8 @@ pub(crate) struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// The shell, held at the handles whose places are known: `known` has them as handles, places and what the surface does there.
+    /// The shell, held at the handles whose places are known. `known` has each handle, its place, and the
+    /// change of the surface there.
     ///
     /// # Errors
     /// As [`shell`].
@@ -70,7 +72,8 @@ impl Maker<'_> {
             labels: known.iter().map(|(h, ..)| handles.labels[*h].clone()).collect(),
             vertices: known.iter().map(|(h, ..)| handles.vertices[*h]).collect(),
         };
-        // For what stays: that is found of examples, and what has no counterpart is at rest in these.
+        // Examples are needed to find the vertices that stay. Vertices without a counterpart are at rest in
+        // them.
         let provisional = self.shapes.iter().enumerate().map(|(p, shape)| {
             let moved = carried_everywhere(self.correspondence, &shape.full, rest);
             let at = |(p, u): (&[f64; 3], DVec3)| (DVec3::from_array(*p) + u).to_array();
@@ -84,7 +87,7 @@ impl Maker<'_> {
         });
         let mut face = Face { handles: held, examples: provisional.collect(), ..self.to.clone() };
         if face.handles.vertices.len() < handles.vertices.len() {
-            // Edges that are given are between all handles.
+            // Edges that the project gives are between all handles.
             face.settings.strain_edges = StrainEdges::Auto;
         }
         let shell = shell(&face, progress)?;
@@ -97,7 +100,8 @@ impl Maker<'_> {
         })
     }
 
-    /// The examples: the shell as the first face's handles move it, and on it the wrinkles; with `smooth_band` all that the first face does.
+    /// The examples: the shell, moved by the first face's handles, plus the wrinkles. With `smooth_band`, the
+    /// whole movement of the first face is carried over.
     ///
     /// # Errors
     /// As [`SoftShell::drawn`].
@@ -123,7 +127,7 @@ impl Maker<'_> {
                 base.handles.iter().map(|(place, local)| carried(leads, rest, place, local)).collect();
             let moved = |v: usize| -> DVec3 { base.basis.row(v).iter().zip(&u).map(|(b, u)| *u * *b).sum() };
             let moved: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(moved).collect();
-            // How each surface is turned by its smooth motion: wrinkles turn with it.
+            // The rotations of each surface by its smooth motion: wrinkles turn with it.
             let (turned_from, turned_to) = if smooth_band {
                 (Vec::new(), Vec::new())
             } else {
@@ -166,7 +170,8 @@ impl Maker<'_> {
         Ok(shells.into_iter().enumerate().map(example).collect())
     }
 
-    /// Continues a field, V×P, from where there is a counterpart to where there is none: as smoothly as a shell, and less and less.
+    /// Continues a field, V×P, from the vertices with a counterpart to those without. The continuation is as
+    /// smooth as a shell, and fades.
     fn fill(&self, field: &mut Table<[f64; 3]>, progress: &dyn Progress) -> Result<()> {
         let Correspondence { places, takes_part, .. } = self.correspondence;
         if places.iter().zip(takes_part).all(|(place, takes_part)| place.is_ok() || !takes_part) {

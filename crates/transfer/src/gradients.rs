@@ -1,25 +1,25 @@
-//! Deformation gradients: how a surface that is deformed turns, grows and stretches at each of its vertices.
+//! Deformation gradients: how a deformed surface turns, grows and stretches at each vertex.
 use glam::DMat3;
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
 
-/// Steps of Higham's iteration; it converges quadratically.
+/// The most steps of Higham's iteration, which converges quadratically.
 const STEPS: usize = 24;
 
-/// How a surface is deformed at a vertex.
+/// The deformation of a surface at a vertex.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Local {
-    /// How it is turned.
+    /// Its rotation.
     pub rotation: DMat3,
-    /// How many times as long it became, the mean of all directions.
+    /// Its growth in length, the mean of all directions, as a ratio.
     pub scale: f64,
-    /// σ₁/σ₂, 1 or more: how many times as much in the direction in which it became longest.
+    /// σ₁/σ₂, 1 or more: the ratio of the largest growth to that across it.
     pub anisotropy: f64,
 }
 
-/// The gradient of each triangle: along the surface as it is deformed, along the normal as the square root of its area. `None` where it has
-/// no area before or after.
+/// The area and the gradient of a triangle. Along the normal, the gradient is the square root of the ratio of
+/// areas. `None` where the triangle has no area before or after.
 fn of_triangle(from: [DVec3; 3], to: [DVec3; 3]) -> Option<(f64, DMat3)> {
     let frame = |[a, b, c]: [DVec3; 3]| {
         let (e, f) = (b - a, c - a);
@@ -34,7 +34,7 @@ fn of_triangle(from: [DVec3; 3], to: [DVec3; 3]) -> Option<(f64, DMat3)> {
     Some((area, after * before.inverse()))
 }
 
-/// V gradients: of the triangles at each vertex the mean by area; `otherwise` at a vertex without any.
+/// V gradients: the mean of the triangles at each vertex, by area. A vertex without any has `otherwise`.
 pub(crate) fn gradients(
     from: &[DVec3],
     to: &[DVec3],
@@ -56,14 +56,15 @@ pub(crate) fn gradients(
     (0..from.len()).into_par_iter().map(of_vertex).collect()
 }
 
-/// What a gradient does; where it turns the surface inside out, nothing that could be told.
+/// The deformation of a gradient. `None` where the gradient turns the surface inside out.
 pub(crate) fn local(gradient: DMat3) -> Option<Local> {
     let determinant = gradient.determinant();
     if !(determinant > 0.0 && determinant.is_finite()) {
         return None;
     }
     let scale = determinant.cbrt();
-    // The polar decomposition (Higham 1986): the mean with its inverse's transpose tends to the rotation.
+    // The polar decomposition (Higham 1986): the mean of a matrix and the transpose of its inverse tends to
+    // the rotation.
     let mut rotation = gradient * (1.0 / scale);
     for _ in 0..STEPS {
         let next = (rotation + rotation.inverse().transpose()) * 0.5;
@@ -73,13 +74,13 @@ pub(crate) fn local(gradient: DMat3) -> Option<Local> {
             break;
         }
     }
-    // Along the normal it is the scale, so that what is left of the trace is σ₁² + σ₂² with σ₁ σ₂ = 1.
+    // Along the normal the gradient is the scale. So the rest of the trace is σ₁² + σ₂² with σ₁ σ₂ = 1.
     let squares: f64 = gradient.to_cols_array().iter().map(|x| x * x).sum::<f64>() / (scale * scale);
     let half = (0.5 * (squares - 1.0)).max(1.0);
     Some(Local { rotation, scale, anisotropy: half + (half * half - 1.0).sqrt() })
 }
 
-/// Whether each triangle is turned over, compared with how the surface is turned around it.
+/// The triangles that are turned over, compared with the rotation of the surface around them.
 pub(crate) fn turned_over(
     from: &[DVec3],
     to: &[DVec3],
@@ -105,7 +106,7 @@ mod tests {
 
     #[test]
     fn what_was_done_is_found() {
-        // A bent sheet, stretched by 1.2 along x and 0.9 along y where it is flat, made 3 times as large and turned.
+        // A sheet, stretched by 1.2 along x and 0.9 along y, made 3 times as large and turned.
         let at = |i: usize| DVec3::new((i % 5) as f64, (i / 5) as f64, 0.0);
         let turn = DMat3::from_quat(DQuat::from_axis_angle(DVec3::new(1.0, 2.0, 0.5).normalize(), 2.0));
         let from: Vec<DVec3> = (0..25).map(at).collect();

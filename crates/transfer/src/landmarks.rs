@@ -4,20 +4,21 @@ use rhytid_core::{Error, Face, InputErrorKind, Result, Rig, VertexId};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit;
 
-/// Fewer do not say how the faces lie to each other.
+/// The fewest landmarks that determine the similarity of the faces.
 pub(crate) const LEAST: usize = 4;
 
-/// The vertices of one face and of the other that are at the same place of the face, and their labels.
+/// Pairs of vertices at the same place of the two faces, and their labels.
 pub(crate) struct Landmarks {
     pub labels: Vec<String>,
     pub pairs: Vec<[VertexId; 2]>,
 }
 
 impl Landmarks {
-    /// Handles of the same label, or those of `named`: pairs of labels, of the first face and of the second.
+    /// The handles with the same label, or those of `named`: pairs of labels, of the first face and of the
+    /// second.
     ///
     /// # Errors
-    /// [`Error::Input`] if a face has no handle of a label that was named, or if there are fewer than four pairs.
+    /// [`Error::Input`] if a face has no handle of a named label, or if there are fewer than four pairs.
     pub(crate) fn new(from: &Rig, to: &Face, named: Option<&[(String, String)]>) -> Result<Self> {
         let of_rig = |label: &String| {
             from.handles().labels.iter().position(|l| l == label).map(|h| from.handles().vertices[h])
@@ -74,7 +75,7 @@ impl Landmarks {
         let line =
             || Error::no_fit("the landmarks lie on a line or at one place; choose some across the face");
         let motion = fit(&a, &b, &weights, true).filter(|motion| motion.scale > 0.0).ok_or_else(line)?;
-        // Half as far: a quarter of the squares.
+        // Half the distance is a quarter of the squares.
         let is_mirrored = fit(&mirrored, &b, &weights, true)
             .is_some_and(|other| off(&mirrored, &other) < 0.25 * off(&a, &motion));
         Ok((motion, is_mirrored && a.len() > LEAST))

@@ -1,8 +1,10 @@
-//! Transfer: the wrinkles of one face on another one with another topology.
+//! Transfer of one face's wrinkles to another face with another topology.
 //!
-//! The first face's rest is laid over the second's by a thin shell, drawn to landmarks and then to the closest points that face the same way. So each vertex of the
-//! second face has a place on the first, and what the first does there in each of its examples is carried over: turned and scaled as the surface is. That makes examples for the second
-//! face, which is solved as any other: its markers are met exactly. `docs/transfer.md` says how to use it.
+//! The rest mesh of the first face is laid over the second's by a thin shell. The shell is drawn to
+//! landmarks, and then to the closest points that face the same way. So each vertex of the second face has a
+//! place on the first. The movements of that place in the first face's examples are carried over, turned and
+//! scaled as the surface is. The results are examples for the second face, which is then solved as any other
+//! face. Its markers are met exactly. `docs/transfer.md` describes how to use it.
 //!
 //! ```
 //! use rhytid_core::NoProgress;
@@ -17,59 +19,62 @@
 //! let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress)?.devices;
 //! let made = transfer(&rig, &second, &Settings::default(), &devices, &NoProgress)?;
 //! assert_eq!(made.face.examples.len(), rig.examples().len());
-//! assert!(made.account.covered > 0.9 && made.account.turned_over == 0);
+//! assert!(made.report.covered > 0.9 && made.report.turned_over == 0);
 //! let rig = rhytid_solve::solve(&made.face, &NoProgress)?;
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
 #![forbid(unsafe_code)]
 
-mod account;
 mod correspondence;
 mod examples;
 mod gradients;
 mod landmarks;
+mod report;
 mod shapes;
 mod skin;
 mod warp;
 
-pub use account::{Account, Bare, Maps, Spread};
 pub use correspondence::Missing;
+pub use report::{Bare, Maps, Spread, TransferReport};
 
-use account::Measures;
 use correspondence::{Place, correspondence, stretches};
 use examples::{Maker, carried_everywhere};
 use glam::DVec3;
 use landmarks::Landmarks;
+use report::Measures;
 use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
 use rhytid_geometry::{laplacian, triangulate};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::check;
 
-/// What a user may say of a transfer.
+/// The settings of a transfer.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Settings {
-    /// Handles that are at the same place: pairs of labels, of the first face and of the second. `None`: those of the same label.
+    /// Handles that are at the same place: pairs of labels, of the first face and of the second. `None` for
+    /// the handles with the same label.
     pub landmarks: Option<Vec<(String, String)>>,
-    /// Whether all that the first face does is carried over, not its wrinkles alone.
+    /// Whether the whole movement of the first face is carried over, and not only its wrinkles.
     pub smooth_band: bool,
 }
 
-/// What was made.
+/// The result of a transfer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Transferred {
-    /// The second face with the examples that were made, behind its own.
+    /// The second face. The new examples come after its own.
     pub face: Face,
-    /// What was found on the way.
-    pub account: Account,
-    /// The same at each vertex.
+    /// The report of the transfer.
+    pub report: TransferReport,
+    /// The numbers of the report at each vertex.
     pub maps: Maps,
 }
 
-/// Makes examples for the face `to` of those of the rig `from`, which is evaluated on `devices`. An example whose name `to` has already is not made.
+/// Makes examples for the face `to` from those of the rig `from`, which is evaluated on `devices`. An example
+/// whose name `to` already has is not made.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] if the rig has no examples, if there are too few landmarks or they lie on a line, for a face that cannot be solved, and where the warp has no
-/// solution; [`rhytid_core::Error::Device`]; [`rhytid_core::Error::Cancelled`].
+/// [`rhytid_core::Error::Input`] if the rig has no examples, if there are too few landmarks, or if they lie
+/// on a line. Also for a face that cannot be solved, and where the warp has no solution.
+/// [`rhytid_core::Error::Device`]. [`rhytid_core::Error::Cancelled`].
 pub fn transfer(
     from: &Rig,
     to: &Face,
@@ -97,8 +102,8 @@ pub fn transfer(
     }
     let area = laplacian::laplacian(&to.neutral.positions, &triangles).mass;
     let measures = Measures { area: &area, spacing };
-    let (mut account, maps) =
-        Account::new(from, to, &landmarks, is_mirrored, &found, &measures, settings.smooth_band);
+    let (mut report, maps) =
+        TransferReport::new(from, to, &landmarks, is_mirrored, &found, &measures, settings.smooth_band);
     let maker = Maker {
         from,
         rest: &rest,
@@ -109,7 +114,7 @@ pub fn transfer(
         spacing,
     };
     let known = to.handles.vertices.iter().enumerate().filter_map(|(h, &v)| {
-        // A landmark is where it was said to be.
+        // A landmark has the place that the user gave.
         if let Some(i) = landmarks.pairs.iter().position(|pair| pair[1] == v) {
             return Some((h, Place::at(landmarks.pairs[i][0].0), found.at_landmarks[i]));
         }
@@ -119,15 +124,15 @@ pub fn transfer(
     let base = maker.base(known.collect(), progress)?;
     let made = maker.examples(&base, settings.smooth_band, progress)?;
     let mut face = to.clone();
-    // What was made is in the neutral's place.
+    // The new examples are already in the neutral's place.
     face.settings.align &= !face.examples.is_empty();
     for example in made {
         if to.examples.iter().any(|own| own.name == example.name) {
-            account.own.push(example.name);
+            report.own.push(example.name);
         } else {
-            account.examples.push(example.name.clone());
+            report.examples.push(example.name.clone());
             face.examples.push(example);
         }
     }
-    Ok(Transferred { face, account, maps })
+    Ok(Transferred { face, report, maps })
 }

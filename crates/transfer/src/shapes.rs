@@ -1,26 +1,28 @@
-//! The first face in each of its examples, as its rig has it, and what of that are wrinkles.
+//! The first face in each of its examples, evaluated by its rig, with and without its wrinkles.
 use glam::DVec3;
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, Table};
 use rhytid_formats::export::OutputStage;
 use rhytid_playback::Playback;
 use rhytid_solve::Smoothing;
 
-/// σ of what is too wide for a wrinkle, in spacings of the handles. The learned method's bands are no help here: its smooth band has half of the depth of a
-/// wrinkle of a few millimetres.
+/// σ of the smoothing that separates wrinkles from wider shapes, in spacings of the handles.
+///
+/// The bands of the learned method do not separate them: the linear band has half of the depth of a wrinkle
+/// of a few millimetres.
 const WIDE: f64 = 0.25;
 
 /// An example, evaluated: V positions each, in mesh units.
 pub(crate) struct Evaluated {
-    /// Without its wrinkles: the shell, and of what it leaves that which is wide.
+    /// Without its wrinkles: the shell, and the wide part of its residual.
     pub smooth: Vec<[f64; 3]>,
-    /// The whole.
+    /// With its wrinkles.
     pub full: Vec<[f64; 3]>,
 }
 
 /// Evaluates the rig at the handles of each of its examples.
 ///
 /// # Errors
-/// [`Error::Input`] for a rig without examples; as [`Playback::evaluate`] and [`Smoothing::over`].
+/// [`Error::Input`] for a rig without examples. Otherwise as [`Playback::evaluate`] and [`Smoothing::over`].
 pub(crate) fn evaluated(
     rig: &Rig,
     devices: &[DeviceInfo],
@@ -51,7 +53,8 @@ pub(crate) fn evaluated(
     Ok(smooth.zip(full.iter().cloned()).map(|(smooth, full)| Evaluated { smooth, full }).collect())
 }
 
-/// How far handles are apart: the mean rest length of the strain edges; where there are none, the bending length, which is as long otherwise.
+/// The spacing of the handles: the mean rest length of the strain edges. Without strain edges, the bending
+/// length.
 pub(crate) fn spacing(rig: &Rig) -> f64 {
     match (&rig.handles().strain_edges[..], rig.handles().feature_lengths().last()) {
         ([_, ..], Some(mean)) => *mean,

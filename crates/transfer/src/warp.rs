@@ -1,4 +1,6 @@
-//! The warp: one face's rest laid over another's, as a thin shell that is drawn to landmarks and to what is closest.
+//! The warp: one face's rest mesh is laid over another's.
+//!
+//! It is a thin shell that is drawn to landmarks and to the closest points.
 use crate::skin::Skin;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,8 +8,8 @@ use rhytid_core::{Progress, Result, Table, VertexId};
 use rhytid_geometry::laplacian::laplacian;
 use rhytid_solve::SoftShell;
 
-/// In the rounds of closest points, over how far the shell smooths what draws it and how far it looks, both in spacings of the handles:
-/// stiff first (Amberg, Romdhani and Vetter 2007).
+/// The smoothing length and the search distance of each round of closest points, in spacings of the handles.
+/// Stiff rounds come first (Amberg, Romdhani and Vetter 2007).
 const ROUNDS: [[f64; 2]; 14] = [
     [1.0, 2.0],
     [1.0, 2.0],
@@ -25,10 +27,11 @@ const ROUNDS: [[f64; 2]; 14] = [
     [0.0625, 0.5],
 ];
 
-/// A landmark draws as much as the surface around it, as wide as handles are apart, would over so many of their spacings.
+/// The strength of a landmark. It draws as much as a patch of the surface, as wide as the spacing of the
+/// handles, with this smoothing length in spacings.
 const LANDMARK: f64 = 0.125;
 
-/// Work whose steps are one step of other work: only the wish to stop goes through.
+/// The progress of an inner task that is one step of an outer one. Only cancelling is passed on.
 struct Within<'a>(&'a dyn Progress);
 
 impl Progress for Within<'_> {
@@ -39,11 +42,14 @@ impl Progress for Within<'_> {
     }
 }
 
-/// Where the vertices of `from`, which is where `onto` is already but for the difference of their shapes, come to lie on it. `landmarks` are pairs of
-/// vertices; `spacing` is how far handles are apart.
+/// The places of the vertices of `from` on `onto`.
+///
+/// `from` is already at the place of `onto`, except for the difference of their shapes. `landmarks` are pairs
+/// of vertices, and `spacing` is the distance between handles.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] if the shell's system cannot be factorised; [`rhytid_core::Error::Cancelled`].
+/// [`rhytid_core::Error::Input`] if the shell's system cannot be factorised;
+/// [`rhytid_core::Error::Cancelled`].
 pub(crate) fn warp(
     from: &Skin<'_>,
     onto: &Skin<'_>,
@@ -61,7 +67,7 @@ pub(crate) fn warp(
         progress.step("warp", round as u64, total)?;
         let mut weights = vec![0.0; rest.len()];
         let mut targets = vec![[0.0; 3]; rest.len()];
-        // The landmarks alone bring it near.
+        // In the first round, the landmarks alone bring the face near.
         if let Some([smooth, within]) = round.checked_sub(1).map(|round| ROUNDS[round].map(|x| x * spacing)) {
             let normals = from.normals_of(&now);
             let target = |v: usize| {

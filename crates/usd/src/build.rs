@@ -1,4 +1,4 @@
-//! Short ways to say what a layer is made of.
+//! Short constructors for the parts of a layer.
 use super::layer::{Attribute, Fields, Prim, Property, Relationship, Specifier, Value};
 
 /// A prim that is defined here and has nothing yet.

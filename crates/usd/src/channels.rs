@@ -1,4 +1,4 @@
-//! Channels as attributes of a USD mesh: one list for what is written and what is read.
+//! Channels as attributes of a USD mesh: a single list for writing and reading.
 
 use super::layer::{Attribute, Prim, Property, Value};
 use rhytid_core::channel::{self, Channel, Interpolation, Quantity};
@@ -29,7 +29,7 @@ pub(super) fn is_primvar(channel: &Channel) -> bool {
 /// The attribute's type.
 ///
 /// # Errors
-/// The channel's width, for which USD has no type.
+/// The channel's width, if USD has no type for it.
 pub(super) fn type_name(channel: &Channel) -> Result<&'static str, usize> {
     let of_schema = of_schema().into_iter().find(|(known, ..)| known.name == channel.name);
     match (of_schema, channel.width, channel.quantity) {

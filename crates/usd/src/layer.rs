@@ -1,8 +1,8 @@
-//! A USD layer as plain data, whatever file it stands in. Both writers are given one of these and both readers return
-//! one, so that text and binary cannot differ.
+//! A USD layer as plain data, for every kind of file. Both writers take one, and both readers return one, so
+//! that text and binary cannot differ.
 //!
-//! Time samples are not part of it: an attribute that has them carries a number, under which they are written and
-//! read one at a time.
+//! Time samples are not part of a layer. An attribute with samples carries a number, under which they are
+//! written and read one at a time.
 
 /// A layer: its metadata, and the prims below the root.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,7 +16,7 @@ pub struct Layer {
 /// Named values, each name once.
 pub type Fields = Vec<(String, Value)>;
 
-/// How a prim stands to those of weaker layers.
+/// How a prim relates to prims of weaker layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Specifier {
     /// It is defined here.
@@ -68,10 +68,11 @@ pub struct Attribute {
     pub metadata: Fields,
     /// The value without a time.
     pub default: Option<Value>,
-    /// The attributes that it takes its value from, as absolute paths; for a material, where its surface comes from.
+    /// The attributes that this one is connected to, as absolute paths; for a material, the source of its
+    /// surface.
     pub connections: Vec<String>,
-    /// The number of its time samples, different from those of all other attributes of the layer; `None` where it
-    /// has none.
+    /// The number under which its time samples are kept, different for each attribute of the layer; `None`
+    /// without samples.
     pub samples: Option<usize>,
 }
 

@@ -1,5 +1,5 @@
-//! USD: one description of a layer ([`layer`]), written as text or binary ([`mod@write`]) and read back ([`read`]), and
-//! animations in parts put together ([`stitch()`]).
+//! USD: one description of a layer ([`layer`]), written as text or binary ([`mod@write`]) and read back
+//! ([`read`]), and animations in parts put together ([`stitch()`]).
 
 #![forbid(unsafe_code)]
 

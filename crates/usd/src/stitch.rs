@@ -1,6 +1,8 @@
-//! Value clips out: a layer whose samples are in other files, each active for a range of time codes. USD calls the layers
-//! with the samples clips, and the layer that lists what has samples their manifest. The manifest is a file of its own:
-//! a layer that named itself would lose it when it is renamed, and USD would then play the first clip only, silently.
+//! Writes value clips: a layer whose samples are in other files, each active for a range of time codes.
+//!
+//! USD calls the layers with the samples clips. A further layer, the manifest, declares which attributes have
+//! samples. The manifest is a file of its own. A layer that was its own manifest would lose it when it is
+//! renamed, and USD would then silently play the first clip only.
 
 use super::build::prim;
 use super::layer::{Fields, Layer, Prim, Reference, Value};
@@ -38,14 +40,15 @@ static MANIFEST: companion::Kind = companion::Kind {
     },
 };
 
-/// Writes a USD file that plays `parts`, which stay where they are, one after the other, and its manifest
-/// `NAME.HASH.manifest.usdc` beside it. The parts may come in any order; the file may be renamed.
+/// Writes a USD file that plays `parts` one after the other, and its manifest `NAME.HASH.manifest.usdc`
+/// beside it. The parts stay where they are and may come in any order. The file may be renamed.
 ///
 /// # Errors
-/// [`Error::Input`] if a part is no USD file that Rhytid has written, two are not of the same rig and settings, there is a
-/// gap or an overlap between them, or `output` cannot be written or is one of them; [`Error::Io`].
+/// [`Error::Input`] if a part is no USD file that Rhytid has written, or two parts are not of the same rig
+/// and settings. Also if there is a gap or an overlap between parts, or `output` cannot be written or is a
+/// part. [`Error::Io`].
 pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
-    let encoding = match Encoding::of(output) {
+    let encoding = match Encoding::from_extension(output) {
         Some(encoding @ (Encoding::Crate | Encoding::Text)) => encoding,
         Some(Encoding::Package) | None => {
             return Err(Error::unsupported_format(format!(
@@ -84,8 +87,8 @@ fn animated(part: &Layer) -> Result<&Prim> {
     default_prim(part).ok_or_else(|| Error::Internal("a part has lost its default prim".into()))
 }
 
-/// The layer that plays the clips `assets` from their `first_time_codes` on. `first` is the first one, and `animated`
-/// its default prim.
+/// The layer that plays the clips `assets` from their `first_time_codes` on. `first` is the first one, and
+/// `animated` its default prim.
 fn layer(
     first: &Layer,
     animated: &Prim,
@@ -96,8 +99,8 @@ fn layer(
 ) -> Layer {
     let path = format!("/{}", animated.name);
     let [start, end] = [summary.first_time_code, summary.time_code(summary.frames - 1)];
-    // What does not move comes from the first part. References are weaker than clips; a value in this layer would be
-    // stronger, so that it has none.
+    // Everything that does not move comes from the first part. References are weaker than clips, but a value
+    // in this layer would be stronger. So this layer has no values.
     let still = Reference { asset: assets[0].clone(), prim: path.clone() };
     let active = first_time_codes.iter().enumerate().map(|(i, &time)| [time, i as f64]).collect();
     let set = vec![
@@ -105,7 +108,7 @@ fn layer(
         ("assetPaths".into(), Value::Assets(assets)),
         ("manifestAssetPath".into(), Value::Asset(manifest)),
         ("primPath".into(), Value::String(path)),
-        // Time codes of the whole are those of the parts.
+        // The time codes of the whole are those of the parts.
         ("times".into(), Value::Double2s(vec![[start, start], [end, end]])),
     ];
     let clips = Value::Dictionary(vec![("default".into(), Value::Dictionary(set))]);
@@ -133,7 +136,8 @@ fn folder_of(path: &Path) -> Result<PathBuf> {
     folder.canonicalize().map_err(Error::io(folder))
 }
 
-/// `path`, which is in `folder`, as a layer in the folder `from` refers to it: relative where that is possible.
+/// `path`, which is in `folder`, as a layer in the folder `from` refers to it: relative where that is
+/// possible.
 fn asset(path: &Path, folder: &Path, from: &Path) -> Result<String> {
     let [to, from] = [folder, from].map(|path| path.components().collect::<Vec<_>>());
     let common = to.iter().zip(&from).take_while(|(a, b)| a == b).count();

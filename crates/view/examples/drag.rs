@@ -1,8 +1,10 @@
-//! How long a face takes to follow a marker: `cargo run --release -p rhytid-view --example drag -- FACE.safetensors [DEVICE]`
+//! Measures how long a face takes to follow a marker: `cargo run --release -p rhytid-view --example drag --
+//! FACE.safetensors [DEVICE]`
 //!
-//! A marker of the rig is dragged through the whole application, in a window of 1920 × 1080 pixels that no screen shows. From each event to the
-//! finished picture of the face, the medians: all of it, evaluation, light, drawing, and what the window itself takes. DEVICE evaluates,
-//! such as `cpu:0`; without one it is the device that draws, the first of wgpu's.
+//! A marker of the rig is dragged through the whole application, in an invisible window of 1920 × 1080
+//! pixels. The times run from each event to the finished picture of the face. Medians are printed for the
+//! whole, evaluation, light, drawing, and the window itself. DEVICE evaluates, such as `cpu:0`. Without it,
+//! the device that draws also evaluates: the first of wgpu.
 
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuSetup, WgpuSetupCreateNew};
@@ -14,7 +16,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-/// Events that are measured, after some that are not.
+/// Events that are measured. Some events before them are not.
 const EVENTS: usize = 25;
 const WARM: usize = 5;
 
@@ -42,7 +44,7 @@ fn main() -> Result<()> {
         view.step();
         std::thread::sleep(Duration::from_millis(5));
     }
-    // The panel at the side.
+    // The key T toggles the panel at the side.
     view.key_press(egui::Key::T);
     view.run();
     if let Some((words, _)) = view.state().note() {
@@ -55,17 +57,17 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Another device than those of wgpu.
+/// A device that does not belong to wgpu.
 fn find(id: &str) -> Result<DeviceInfo> {
     let found = rhytid_devices::backends::devices().devices.into_iter().find(|device| device.id() == id);
     found.ok_or_else(|| Error::input(format!("{id}: no such device")))
 }
 
-/// Drags the first marker, and says what it took.
+/// Drags the first marker, and prints the times.
 fn measure(view: &mut Harness<'static, ViewApp>, show: Show) -> Result<()> {
     let (orbit, document) = (view.state().orbit(), view.state().document());
     let (Some(orbit), Some(document)) = (orbit, document) else { return Err(Error::input("no rig")) };
-    // A picture from the window's left and top edge on: without the line at the bottom.
+    // The picture begins at the window's left and top edge, and leaves out the line at the bottom.
     let size = view.state().picture_size().unwrap_or([1; 2]);
     let [x, y, _] = orbit.camera().project(size, document.handles(true)[0]);
     let from = egui::pos2(x, y);

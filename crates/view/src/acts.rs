@@ -1,15 +1,15 @@
-//! What commands do to what is open.
+//! The effects of commands.
 
 use crate::commands::Command;
-use crate::pull::Drag;
 use crate::scene::Scene;
 use crate::settings::Settings;
+use crate::soft_selection::Drag;
 
-/// How much nearer a key goes.
+/// The factor of a key that moves the camera nearer.
 const NEARER: f32 = 1.15;
 
 impl Scene {
-    /// Does what a key or a button says.
+    /// Runs the command of a key or a button.
     pub(crate) fn run(&mut self, command: Command, settings: &Settings) {
         let [width, height] = self.size().map(|n| n as f32);
         let transport = &mut self.document.transport;
@@ -26,13 +26,13 @@ impl Scene {
             Command::Redo => {
                 self.document.redo();
             }
-            Command::Reset => self.document.reset(&self.taken),
-            Command::Pin => self.document.toggle_pins(&self.taken),
+            Command::Reset => self.document.reset(&self.selected),
+            Command::Pin => self.document.toggle_pins(&self.selected),
             Command::NextMarker => self.take_next(1),
             Command::PreviousMarker => self.take_next(-1),
-            Command::LetGo => match self.document.is_dragging() {
+            Command::Deselect => match self.document.is_dragging() {
                 true => self.document.end_drag(false),
-                false => self.taken.clear(),
+                false => self.selected.clear(),
             },
             Command::Nudge(x, y) => {
                 let [right, upward, _] = self.orbit.axes();
@@ -42,7 +42,7 @@ impl Scene {
                 self.drag(by.to_array(), settings);
                 self.document.end_drag(true);
             }
-            // A face turns to the right as if it was dragged there.
+            // The face turns to the right as if the pointer dragged it there.
             Command::Turn(x, y) => self.orbit.orbit([2.5 * f32::from(x), 2.5 * f32::from(y)]),
             Command::Nearer => self.orbit.zoom(NEARER, [0.5 * width, 0.5 * height], [width, height]),
             Command::Farther => self.orbit.zoom(1.0 / NEARER, [0.5 * width, 0.5 * height], [width, height]),
@@ -57,17 +57,17 @@ impl Scene {
             | Command::Screenshot
             | Command::SaveFrame
             | Command::SaveExample
-            | Command::SavePulls => {}
+            | Command::SaveEdits => {}
             #[cfg(not(target_arch = "wasm32"))]
             Command::Close => {}
         }
     }
 
-    /// Drags what is taken, by so much since the drag began.
+    /// Drags the selected markers by `by`, counted from the beginning of the drag.
     pub(crate) fn drag(&mut self, by: [f32; 3], settings: &Settings) {
         let pinned = self.document.pose().pinned.clone();
         self.document.drag(Drag {
-            grabbed: &self.taken,
+            grabbed: &self.selected,
             by,
             reach: settings.reach / self.millimetres(),
             mirrored: settings.mirrored,
@@ -77,11 +77,11 @@ impl Scene {
 
     fn take_next(&mut self, step: isize) {
         let count = self.document.rig.handles().vertices.len() as isize;
-        let next = match self.taken.last() {
-            Some(&taken) => (taken as isize + step).rem_euclid(count),
+        let next = match self.selected.last() {
+            Some(&selected) => (selected as isize + step).rem_euclid(count),
             None if step > 0 => 0,
             None => count - 1,
         };
-        self.taken = vec![next as usize];
+        self.selected = vec![next as usize];
     }
 }

@@ -1,4 +1,4 @@
-//! The window's state, and what is done to it.
+//! The window's state, and its changes.
 
 use crate::commands::Command;
 use crate::document::Document;
@@ -16,10 +16,10 @@ use rhytid_core::{DeviceInfo, Error, Result};
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A window narrower than this has its panel over the face, and closed at first.
+/// In a window narrower than this, the panel lies over the face and is closed at first.
 const NARROW: f32 = 640.0;
 
-/// What a person is told in the last line.
+/// The message in the last line.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Note {
     pub words: String,
@@ -34,31 +34,32 @@ pub struct ViewApp {
     pub(crate) settings: Settings,
     pub(crate) note: Option<Note>,
     pub(crate) keys_shown: bool,
-    /// `None` until somebody opened or closed it.
+    /// `None` until the user opens or closes it.
     panel_shown: Option<bool>,
-    /// The devices that a frame can be evaluated on, and which it is; `None` for the one that draws.
+    /// The devices that can evaluate a frame, and the chosen one. `None` for the device that draws.
     pub(crate) devices: Vec<DeviceInfo>,
     pub(crate) device: Option<DeviceInfo>,
     pub(crate) opening: Option<Opening>,
-    /// What the driver says when the device is lost, until it was told.
+    /// The driver's message when the device is lost, until the user has been told.
     pub(crate) lost: Arc<Mutex<Option<String>>>,
-    /// When the play head was moved last, on the window's clock, in seconds.
+    /// The time of the last move of the play head, on the window's clock, in seconds.
     pub(crate) clock: Option<f64>,
     pub(crate) context: egui::Context,
     #[cfg(target_arch = "wasm32")]
     pub(crate) inbox: crate::inbox::Inbox,
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) live: Option<Live>,
-    /// Where to listen, whatever rig is open.
+    /// The address to listen at, for any open rig.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) listen_at: Option<SocketAddr>,
 }
 
 impl ViewApp {
-    /// In the window that eframe has made.
+    /// The viewer in a window that eframe has made.
     ///
     /// # Errors
-    /// [`Error::Device`] if the window's device cannot run the kernels; [`Error::Internal`] without one.
+    /// [`Error::Device`] if the window's device cannot run the kernels; [`Error::Internal`] if the window has
+    /// no device.
     pub fn new(context: &eframe::CreationContext<'_>) -> Result<Self> {
         let state = context.wgpu_render_state.clone();
         let state = state.ok_or_else(|| Error::Internal("the window has no device to draw with".into()))?;
@@ -66,7 +67,7 @@ impl ViewApp {
         let lost = Arc::new(Mutex::new(None));
         let (to, egui) = (lost.clone(), context.egui_ctx.clone());
         state.device.set_device_lost_callback(move |reason, message| {
-            // It is dropped with the window, which is no loss.
+            // The device is destroyed with the window, which is not a loss.
             if reason != wgpu::DeviceLostReason::Destroyed {
                 *to.lock().unwrap_or_else(PoisonError::into_inner) = Some(message);
                 egui.request_repaint();
@@ -95,40 +96,41 @@ impl ViewApp {
         })
     }
 
-    /// Offers other devices to evaluate on.
+    /// Offers other devices for evaluation.
     #[must_use]
     pub fn with_devices(mut self, devices: Vec<DeviceInfo>) -> Self {
         self.devices = devices;
         self
     }
 
-    /// Evaluates the rigs that are opened from now on there; `None` for the device that draws.
+    /// Evaluates rigs that are opened from now on on this device. `None` for the device that draws.
     #[must_use]
     pub fn with_device(mut self, device: Option<DeviceInfo>) -> Self {
         self.device = device;
         self
     }
 
-    /// Begins to read files: a rig, and takes for it or for the one that is open.
+    /// Begins to read files: a rig, and takes for this rig or for the open one.
     pub(crate) fn open(&mut self, sources: Vec<Source>) {
         if sources.is_empty() {
             return;
         }
         let document = self.document();
         let rig = document.map(|document| document.rig.clone());
-        // A copy is for those who edit it.
+        // Only a file of edits needs a copy of the take.
         let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
         let take = take.map(|open| open.take.clone());
         let context = self.context.clone();
         self.opening = Some(Opening::new(sources, rig, take, move || context.request_repaint()));
     }
 
-    /// Opens what is in the memory, a rig and takes for it: names say which, as files' names do.
+    /// Opens files that are in memory: a rig, and takes for it. Their names tell which is which, as names of
+    /// files do.
     pub fn open_bytes(&mut self, files: Vec<(String, Vec<u8>)>) {
         self.open(files.into_iter().map(|(name, bytes)| Source::Bytes(name, bytes.into())).collect());
     }
 
-    /// Where a page puts files that it has fetched.
+    /// The place where a page puts files that it has fetched.
     #[cfg(target_arch = "wasm32")]
     pub fn inbox(&self) -> crate::inbox::Inbox {
         self.inbox.clone()
@@ -140,22 +142,22 @@ impl ViewApp {
         self.open(paths.iter().cloned().map(Source::Path).collect());
     }
 
-    /// What is open.
+    /// The open document.
     pub fn document(&self) -> Option<&Document> {
         self.scene.as_ref().map(|scene| &scene.document)
     }
 
-    /// Where the face is seen from.
+    /// The camera.
     pub fn orbit(&self) -> Option<&Orbit> {
         self.scene.as_ref().map(|scene| &scene.orbit)
     }
 
-    /// What is shown, and how markers are dragged.
+    /// The settings: what is shown, and how markers are dragged.
     pub fn settings_mut(&mut self) -> &mut Settings {
         &mut self.settings
     }
 
-    /// What the last picture took, and how many there were since the rig was opened.
+    /// The times of the last picture, and the number of pictures since the rig was opened.
     pub fn times(&self) -> Option<(Times, u64)> {
         self.scene.as_ref().map(|scene| (scene.times, scene.drawn))
     }
@@ -165,9 +167,9 @@ impl ViewApp {
         self.scene.as_ref().map(Scene::size)
     }
 
-    /// The markers that are taken, as handles of the rig.
-    pub fn taken(&self) -> &[usize] {
-        self.scene.as_ref().map_or(&[], |scene| &scene.taken)
+    /// The markers that are selected, as handles of the rig.
+    pub fn selected(&self) -> &[usize] {
+        self.scene.as_ref().map_or(&[], |scene| &scene.selected)
     }
 
     /// The vertex that was picked.
@@ -175,12 +177,13 @@ impl ViewApp {
         self.scene.as_ref()?.vertex
     }
 
-    /// What is said in the last line, and whether it is an error.
+    /// The message in the last line, and whether it is an error.
     pub fn note(&self) -> Option<(&str, bool)> {
         self.note.as_ref().map(|note| (&*note.words, note.is_error))
     }
 
-    /// Where a handle is in the window, in points from its upper left corner; `None` before the first picture.
+    /// The place of a handle in the window, in points from the upper left corner. `None` before the first
+    /// picture.
     pub fn handle_in_window(&self, handle: usize) -> Option<[f32; 2]> {
         let scene = self.scene.as_ref()?;
         let place = scene.place.filter(|_| scene.drawn > 0)?;
@@ -190,7 +193,7 @@ impl ViewApp {
         Some([place.left() + x / scale, place.top() + y / scale])
     }
 
-    /// The picture of the face, without the window around it, once it is there; `None` before the first.
+    /// The picture of the face, without the window around it. `None` before the first picture.
     #[cfg(target_arch = "wasm32")]
     pub fn read_picture(&self) -> Option<impl Future<Output = Result<rhytid_render::Picture>> + use<>> {
         let texture = self.scene.as_ref()?.drawn_texture()?.clone();
@@ -198,7 +201,8 @@ impl ViewApp {
         Some(async move { rhytid_render::Picture::read_async(&device, &queue, &texture).await })
     }
 
-    /// V × 3 positions of the frame that is shown, from the device that evaluated it; `None` where there is none yet.
+    /// V × 3 positions of the frame that is shown, from the device that evaluated it. `None` before the first
+    /// frame.
     #[cfg(target_arch = "wasm32")]
     pub fn read_positions(&self) -> Option<impl Future<Output = Result<Vec<f32>>> + use<>> {
         let vertices = self.scene.as_ref().filter(|scene| scene.drawn > 0)?.vertices().ok()?;
@@ -213,7 +217,7 @@ impl ViewApp {
         self.opening.is_some()
     }
 
-    /// Says something in the last line; an error stays until it is closed.
+    /// Shows a message in the last line. An error stays until it is closed.
     pub(crate) fn tell(&mut self, result: Result<String>) {
         self.note = Some(match result {
             Ok(words) => Note { words, is_error: false },
@@ -221,14 +225,14 @@ impl ViewApp {
         });
     }
 
-    /// Does `what` and says what went wrong.
+    /// Does `what`, and shows its error if it fails.
     pub(crate) fn attempt(&mut self, what: impl FnOnce(&mut Self) -> Result<()>) {
         if let Err(error) = what(self) {
             self.tell(Err(error));
         }
     }
 
-    /// Takes what was read.
+    /// Opens the files that have been read.
     pub(crate) fn take_opened(&mut self) {
         let Some(result) = self.opening.as_ref().and_then(Opening::result) else { return };
         self.opening = None;
@@ -238,7 +242,7 @@ impl ViewApp {
     fn take_one(&mut self, opened: Opened) -> Result<()> {
         match opened {
             Opened::Rig(rig, name) => {
-                // The one before goes first: two rigs may be more than the device has room for.
+                // The old rig is removed first: the device may not have room for two rigs.
                 self.scene = None;
                 if self.settings.show == Show::Numbers {
                     self.settings.show = Show::default();
@@ -274,7 +278,7 @@ impl ViewApp {
         Ok(())
     }
 
-    /// The device that was chosen, with the rig on it.
+    /// The chosen device, with the rig on it.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn other_device(
         &self,
@@ -309,7 +313,7 @@ impl ViewApp {
                 self.settings.show = Show::ALL.get(usize::from(i)).copied().unwrap_or(self.settings.show);
             }
             #[cfg(not(target_arch = "wasm32"))]
-            Command::Screenshot | Command::SaveFrame | Command::SaveExample | Command::SavePulls => {
+            Command::Screenshot | Command::SaveFrame | Command::SaveExample | Command::SaveEdits => {
                 self.save(command);
             }
             _ => {
@@ -321,29 +325,30 @@ impl ViewApp {
     }
 }
 
-/// What comes over the network.
+/// Live frames over the network.
 #[cfg(not(target_arch = "wasm32"))]
 impl ViewApp {
-    /// Listens at `address`, in place of where it listens now.
+    /// Listens at `address`, instead of the present address.
     pub fn listen(&mut self, address: SocketAddr) {
         self.live = None;
         self.listen_at = Some(address);
         self.listen_again();
     }
 
-    /// Where it listens: of port 0, the one that the system chose. `None` while it does not, or no rig is open.
+    /// The address where it listens. For port 0, it has the port that the system chose. `None` while it does
+    /// not listen, or no rig is open.
     pub fn listens_at(&self) -> Option<SocketAddr> {
         self.live.as_ref().map(Live::address)
     }
 
-    /// Listens for the handles of the rig that is open.
+    /// Listens for the handles of the open rig.
     pub(crate) fn listen_again(&mut self) {
         let Some(address) = self.listen_at else { return };
         self.live = None;
         let Some(scene) = &self.scene else { return };
         match Live::new(address, &scene.document.rig, &self.context) {
             Ok(live) => {
-                // Port 0 is a free one; the next rig listens there too.
+                // Port 0 means any free port. The next rig listens at the same port.
                 self.listen_at = Some(live.address());
                 self.live = Some(live);
             }
@@ -354,7 +359,7 @@ impl ViewApp {
         }
     }
 
-    /// The take again.
+    /// Stops listening, and shows the take again.
     pub(crate) fn stop_listening(&mut self) {
         (self.live, self.listen_at) = (None, None);
         if let Some(scene) = &mut self.scene {
@@ -362,7 +367,7 @@ impl ViewApp {
         }
     }
 
-    /// Shows what has come.
+    /// Shows the newest live frame.
     pub(crate) fn take_live(&mut self) {
         if let (Some(live), Some(scene)) = (&self.live, &mut self.scene)
             && let Some(frame) = live.frame()
@@ -372,7 +377,7 @@ impl ViewApp {
     }
 }
 
-/// One font for all words: what a page loads is smaller by the others.
+/// One font for all text. Without the other fonts, a page is smaller to load.
 fn fonts() -> egui::FontDefinitions {
     const NAME: &str = "Ubuntu-Light";
     let mut fonts = egui::FontDefinitions::empty();

@@ -1,4 +1,4 @@
-//! The face as a texture of the window's.
+//! The face as a texture of the window.
 
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
@@ -9,7 +9,7 @@ use rhytid_render::{
 };
 use web_time::{Duration, Instant};
 
-/// What a frame is drawn as.
+/// How a frame is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Drawn {
     Look(Look),
@@ -21,18 +21,18 @@ pub(crate) enum Drawn {
 pub(crate) struct Shown<'a> {
     pub camera: &'a Camera,
     pub drawn: Drawn,
-    /// What is drawn over the face.
+    /// The marks over the face.
     pub marks: &'a [Mark],
     /// Red, green, blue and opacity.
     pub background: [u8; 4],
 }
 
-/// Draws one rig's frames, each side of a comparison into a texture of its own.
+/// Draws one rig's frames. Each side of a comparison has its own texture.
 pub(crate) struct Canvas {
     state: RenderState,
     wgpu: Wgpu,
     renderer: Renderer,
-    /// Made when it is first asked for.
+    /// Made when it is first needed.
     skin: Option<SkinRenderer>,
     lights: Lights,
     overlay: Overlay,
@@ -41,13 +41,13 @@ pub(crate) struct Canvas {
     sides: [Option<Side>; 2],
 }
 
-/// What the window shows.
+/// The picture of one side in the window.
 struct Side {
     texture: wgpu::Texture,
     id: egui::TextureId,
 }
 
-/// What a picture took.
+/// The times of a picture.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Took {
     pub lighting: Duration,
@@ -55,7 +55,7 @@ pub(crate) struct Took {
 }
 
 impl Canvas {
-    /// For `rig`, in the window of `state`, whose device `wgpu` shares.
+    /// A canvas for `rig`, in the window of `state`. `wgpu` shares the window's device.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -97,7 +97,7 @@ impl Canvas {
         Ok(())
     }
 
-    /// Draws a frame into the picture of a side, 0 or 1.
+    /// Draws a frame into the picture of side 0 or 1.
     ///
     /// # Errors
     /// As drawing.
@@ -148,12 +148,12 @@ impl Canvas {
         Ok(took)
     }
 
-    /// What the window shows of a side; `None` before it was drawn.
+    /// The texture of a side in the window. `None` before it is drawn.
     pub(crate) fn texture(&self, side: usize) -> Option<egui::TextureId> {
         self.sides[side].as_ref().map(|side| side.id)
     }
 
-    /// What was drawn last. Waits for it, as a browser does not let anybody.
+    /// The last picture. Waits for it, which browsers do not allow.
     ///
     /// # Errors
     /// As [`Picture::read`].
@@ -164,7 +164,7 @@ impl Canvas {
         self.page.as_ref().map(read).transpose()
     }
 
-    /// What the result was drawn into.
+    /// The texture into which the result was drawn.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
         self.page.as_ref().map(Offscreen::texture)
@@ -191,7 +191,7 @@ impl Side {
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            // The window's own pictures have their bytes as they are, without the curve of sRGB.
+            // The window shows the bytes of its textures unchanged, without the sRGB curve.
             format: Offscreen::TARGET.color.remove_srgb_suffix(),
             usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
@@ -220,10 +220,10 @@ fn skin(rig: &Rig, wgpu: &Wgpu) -> Result<SkinRenderer> {
     Ok(renderer)
 }
 
-/// So that what drawing takes is known. A browser lets nobody wait.
+/// Waits, so that the time of drawing can be measured. Browsers do not allow waiting.
 fn wait(device: &wgpu::Device, submission: wgpu::SubmissionIndex) {
     if cfg!(not(target_arch = "wasm32")) {
-        // A device that is lost says so at the next call.
+        // A lost device reports this at the next call.
         let _ = device.poll(wgpu::PollType::Wait { submission_index: Some(submission), timeout: None });
     }
 }

@@ -1,8 +1,8 @@
-//! What can be done from the keyboard: one table, for the keys themselves and for the sheet that lists them.
+//! The commands of the keyboard: one table for the keys and for the sheet that lists them.
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers, Ui};
 
-/// Something a key does.
+/// A command of a key.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Command {
     Play,
@@ -18,10 +18,10 @@ pub(crate) enum Command {
     Mirror,
     NextMarker,
     PreviousMarker,
-    LetGo,
-    /// By steps of a millimetre to the picture's right and up.
+    Deselect,
+    /// Moves by steps of a millimetre, to the picture's right and up.
     Nudge(i8, i8),
-    /// By degrees to the right and down.
+    /// Turns by degrees, to the right and down.
     Turn(i8, i8),
     Nearer,
     Farther,
@@ -34,14 +34,14 @@ pub(crate) enum Command {
     Screenshot,
     SaveFrame,
     SaveExample,
-    SavePulls,
+    SaveEdits,
     #[cfg(not(target_arch = "wasm32"))]
     Close,
-    /// Of what is shown, counted from 0.
+    /// The look with this number, counted from 0.
     Look(u8),
 }
 
-/// A command, its key, and what is said of it.
+/// A command, its key, and its description.
 pub(crate) struct Binding {
     pub command: Command,
     pub key: KeyboardShortcut,
@@ -57,37 +57,37 @@ const COMMAND: Modifiers = Modifiers::COMMAND;
 const ALT: Modifiers = Modifiers::ALT;
 const REDO: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 
-/// Every key, in the order of the sheet; those with more modifiers come before those with fewer of the same key.
+/// Every key, in the order of the sheet. For the same key, bindings with more modifiers come first.
 pub(crate) const BINDINGS: &[Binding] = &[
-    on(Command::Play, NONE, Key::Space, "play, or stop"),
-    on(Command::Loop, NONE, Key::L, "begin again at the end, or not"),
-    on(Command::Next, NONE, Key::Period, "the next frame"),
-    on(Command::Previous, NONE, Key::Comma, "the frame before"),
-    on(Command::First, NONE, Key::Home, "the first frame"),
-    on(Command::Last, NONE, Key::End, "the last frame"),
-    on(Command::NextMarker, NONE, Key::N, "take the next marker"),
-    on(Command::PreviousMarker, NONE, Key::B, "take the marker before"),
-    on(Command::LetGo, NONE, Key::Escape, "let go of all markers; take a drag back"),
-    on(Command::Nudge(-1, 0), ALT, Key::ArrowLeft, "move what is taken by a millimetre"),
+    on(Command::Play, NONE, Key::Space, "play or pause"),
+    on(Command::Loop, NONE, Key::L, "repeat at the end, or not"),
+    on(Command::Next, NONE, Key::Period, "next frame"),
+    on(Command::Previous, NONE, Key::Comma, "previous frame"),
+    on(Command::First, NONE, Key::Home, "first frame"),
+    on(Command::Last, NONE, Key::End, "last frame"),
+    on(Command::NextMarker, NONE, Key::N, "select the next marker"),
+    on(Command::PreviousMarker, NONE, Key::B, "select the previous marker"),
+    on(Command::Deselect, NONE, Key::Escape, "deselect all markers, or cancel a drag"),
+    on(Command::Nudge(-1, 0), ALT, Key::ArrowLeft, "move the selected markers by a millimetre"),
     on(Command::Nudge(1, 0), ALT, Key::ArrowRight, ""),
     on(Command::Nudge(0, 1), ALT, Key::ArrowUp, ""),
     on(Command::Nudge(0, -1), ALT, Key::ArrowDown, ""),
-    on(Command::Pin, NONE, Key::P, "pin what is taken, or let it go"),
-    on(Command::Mirror, NONE, Key::M, "drag the other side in the mirror, or not"),
-    on(Command::Reset, NONE, Key::R, "put what is taken back, or all"),
-    on(Command::Redo, REDO, Key::Z, "do it again"),
+    on(Command::Pin, NONE, Key::P, "pin the selected markers, or unpin them"),
+    on(Command::Mirror, NONE, Key::M, "drag the other side as in a mirror, or not"),
+    on(Command::Reset, NONE, Key::R, "reset the selected markers, or all of them"),
+    on(Command::Redo, REDO, Key::Z, "redo"),
     on(Command::Undo, COMMAND, Key::Z, "undo"),
     on(Command::Turn(-5, 0), NONE, Key::ArrowLeft, "turn the face"),
     on(Command::Turn(5, 0), NONE, Key::ArrowRight, ""),
     on(Command::Turn(0, -5), NONE, Key::ArrowUp, ""),
     on(Command::Turn(0, 5), NONE, Key::ArrowDown, ""),
-    on(Command::Nearer, NONE, Key::Plus, "nearer"),
+    on(Command::Nearer, NONE, Key::Plus, "zoom in"),
     on(Command::Nearer, NONE, Key::Equals, ""),
-    on(Command::Farther, NONE, Key::Minus, "farther"),
-    on(Command::Front, NONE, Key::Num1, "from the front"),
-    on(Command::Side, NONE, Key::Num3, "from the side"),
-    on(Command::Above, NONE, Key::Num7, "from above"),
-    on(Command::All, NONE, Key::Enter, "the whole face"),
+    on(Command::Farther, NONE, Key::Minus, "zoom out"),
+    on(Command::Front, NONE, Key::Num1, "look from the front"),
+    on(Command::Side, NONE, Key::Num3, "look from the side"),
+    on(Command::Above, NONE, Key::Num7, "look from above"),
+    on(Command::All, NONE, Key::Enter, "show the whole face"),
     on(Command::Look(0), NONE, Key::F1, "what is shown: F1 to F9"),
     on(Command::Look(1), NONE, Key::F2, ""),
     on(Command::Look(2), NONE, Key::F3, ""),
@@ -98,17 +98,18 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Look(7), NONE, Key::F8, ""),
     on(Command::Look(8), NONE, Key::F9, ""),
     on(Command::SaveExample, REDO, Key::S, "save the frame as a mesh, for an example"),
-    on(Command::SavePulls, COMMAND, Key::E, "save how markers were pulled, as an edit"),
+    on(Command::SaveEdits, COMMAND, Key::E, "save how markers were dragged, as an edit"),
     on(Command::SaveFrame, COMMAND, Key::S, "save the frame as a take"),
     on(Command::Screenshot, NONE, Key::S, "save the picture"),
-    on(Command::Panels, NONE, Key::T, "the panel at the side, or not"),
+    on(Command::Panels, NONE, Key::T, "show or hide the panel"),
     on(Command::Keys, NONE, Key::H, "this sheet"),
-    // A browser's tab is the browser's.
+    // In a browser, the tab belongs to the browser.
     #[cfg(not(target_arch = "wasm32"))]
     on(Command::Close, COMMAND, Key::Q, "close the window"),
 ];
 
-/// The commands whose keys were pressed, in the order of [`BINDINGS`]. None while somebody types into a field.
+/// The commands whose keys were pressed, in the order of [`BINDINGS`]. None while the user types into a
+/// field.
 pub(crate) fn pressed(ui: &Ui) -> Vec<Command> {
     if ui.ctx().text_edit_focused() {
         return Vec::new();
@@ -117,7 +118,7 @@ pub(crate) fn pressed(ui: &Ui) -> Vec<Command> {
     ui.input_mut(|input| {
         let mut commands = Vec::new();
         for binding in BINDINGS {
-            // A widget that has the focus has its own meaning for these.
+            // A widget with the focus uses these keys itself.
             let of_widgets = matches!(binding.key.logical_key, Key::Space | Key::Enter)
                 || matches!(binding.command, Command::Turn(..));
             let count = match focused && of_widgets {
@@ -139,7 +140,8 @@ mod tests {
         for (i, a) in BINDINGS.iter().enumerate() {
             for b in &BINDINGS[i + 1..] {
                 assert_ne!(a.key, b.key, "{:?} and {:?}", a.command, b.command);
-                // egui takes a key with more modifiers for one with fewer: those have to come first.
+                // egui accepts a key with additional modifiers for a binding with fewer. So bindings with
+                // more have to come first.
                 let is_later = b.key.modifiers != NONE && a.key.modifiers == NONE;
                 assert!(
                     !(a.key.logical_key == b.key.logical_key && is_later),

@@ -1,45 +1,45 @@
-//! What is open: a rig, a take, and how markers were pulled.
+//! The open document: a rig, a take, and the drags of markers.
 
 use crate::edits::{EditedFrame, OpenEdits};
 use crate::history::History;
-use crate::pull::{Drag, Pull};
+use crate::soft_selection::{Drag, SoftSelection};
 use crate::transport::Transport;
 use glam::Vec3;
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use std::sync::Arc;
 
-/// How markers were pulled, over whatever the take does: what is undone and done again.
+/// The drags of markers, on top of the take. Undo and redo change them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
-    /// H vectors that are added to where the take has the handles, in mesh units.
+    /// H vectors in mesh units that are added to the take's handle positions.
     pub offsets: Vec<[f32; 3]>,
-    /// H: which stay where they are while others are dragged.
+    /// H: the handles that stay where they are while others are dragged.
     pub pinned: Vec<bool>,
 }
 
-/// What of a take the time line shows.
+/// An event of a take that the time line shows.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Incident {
-    /// The first of its frames, and how many there are.
+pub struct TimelineEvent {
+    /// Its first frame. `frames` is the number of its frames.
     pub first: usize,
     /// At least 1.
     pub frames: usize,
-    /// What it is, and of which marker.
+    /// A description with the name of the marker.
     pub words: String,
-    /// How far its samples are to be trusted, from 0 to 1.
+    /// The confidence of its samples, from 0 to 1.
     pub confidence: f32,
 }
 
 /// A take that was opened.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OpenTake {
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// The take itself.
     pub take: Take,
-    /// What the clean-up found, where it was a raw take.
-    pub incidents: Vec<Incident>,
+    /// The findings of the clean-up, for a raw take.
+    pub incidents: Vec<TimelineEvent>,
 }
 
 /// A rig, a take on it, and the pose.
@@ -47,28 +47,28 @@ pub struct OpenTake {
 pub struct Document {
     /// The rig.
     pub rig: Arc<Rig>,
-    /// What it is called.
+    /// Its name.
     pub name: String,
     /// H positions in mesh units.
     rest: Vec<[f32; 3]>,
     take: Option<OpenTake>,
     /// frames × H × 3 of the take.
     positions: Vec<f32>,
-    /// The take's edits, and whether they are shown.
+    /// The take's edits, if any.
     edits: Option<OpenEdits>,
     edited: bool,
-    /// The least confidence of the handles in each frame; empty where all is measured.
+    /// The lowest confidence of the handles in each frame. Empty where all positions are measured.
     confidence: Vec<f32>,
-    /// Numbers of a file, each with one for every vertex.
+    /// Numbers of a file. Each set has one for every vertex.
     numbers: Vec<Numbers>,
-    /// Where live positions are: H × 3, and the confidence of each handle; they take the take's place.
+    /// Live positions, H × 3, and the confidence of each handle. They replace the take's.
     live: Option<(Vec<f32>, Vec<f32>)>,
     /// The play head.
     pub transport: Transport,
-    pull: Pull,
+    soft_selection: SoftSelection,
     pose: Pose,
     history: History<Pose>,
-    /// Before the drag that is going on.
+    /// The pose before the present drag.
     before_drag: Option<Pose>,
 }
 
@@ -78,7 +78,7 @@ impl Document {
         let rest = rig.handles().rest.clone();
         let pose = Pose { offsets: vec![[0.0; 3]; rest.len()], pinned: vec![false; rest.len()] };
         Self {
-            pull: Pull::new(&rig),
+            soft_selection: SoftSelection::new(&rig),
             name: name.to_owned(),
             take: None,
             positions: Vec::new(),
@@ -96,10 +96,10 @@ impl Document {
         }
     }
 
-    /// Plays a take from now on; the pose stays.
+    /// Plays a take from now on. The pose stays.
     ///
     /// # Errors
-    /// [`Error::Input`] if it lacks a handle, or has no frame.
+    /// [`Error::Input`] if the take lacks a handle, or has no frame.
     pub fn set_take(&mut self, open: OpenTake) -> Result<()> {
         let in_file = |error: Error| error.in_file(&open.name);
         let positions = open.take.handle_positions(&self.rig.handles().labels).map_err(in_file)?;
@@ -126,29 +126,29 @@ impl Document {
         self.take.as_ref()
     }
 
-    /// Shows the take edited from now on.
+    /// Shows the take with edits from now on.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn set_edits(&mut self, edits: OpenEdits) {
         self.edits = Some(edits);
         self.edited = true;
     }
 
-    /// What the edits of the take are called, and whether they are shown.
+    /// The name of the take's edits, and whether they are shown.
     pub fn edits(&self) -> Option<(&str, bool)> {
         self.edits.as_ref().map(|edits| (&*edits.name, self.edited))
     }
 
-    /// Shows the take edited, or as it was.
+    /// Shows the take with or without its edits.
     pub fn show_edited(&mut self, edited: bool) {
         self.edited = edited;
     }
 
-    /// The edits that are shown, of a take that is.
+    /// The edits that are shown. `None` where they or the take are not shown.
     fn shown_edits(&self) -> Option<&OpenEdits> {
         self.edits.as_ref().filter(|_| self.edited && self.live.is_none())
     }
 
-    /// What edits do to the frame that is shown, beside moving its handles.
+    /// The effects of edits on the frame that is shown, apart from moves of handles.
     pub(crate) fn frame_edits(&self) -> Option<EditedFrame<'_>> {
         let edits = &self.shown_edits()?.on_frames;
         let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
@@ -157,28 +157,30 @@ impl Document {
         (without.is_some() || edits.touches(time)).then_some(EditedFrame { edits, time, without })
     }
 
-    /// The least confidence of the handles in each frame, from 0 to 1; empty where all is measured.
+    /// The lowest confidence of the handles in each frame, from 0 to 1. Empty where all positions are
+    /// measured.
     pub fn confidence(&self) -> &[f32] {
         &self.confidence
     }
 
-    /// Has these numbers to show, a name and V of them each; what is no number has no counterpart.
+    /// Offers these numbers for display: each set has a name and V numbers. NaN marks a vertex without a
+    /// counterpart.
     pub fn set_numbers(&mut self, numbers: Vec<Numbers>) {
         self.numbers = numbers;
     }
 
-    /// The numbers that there are to show.
+    /// The numbers that can be shown.
     pub fn numbers(&self) -> &[Numbers] {
         &self.numbers
     }
 
-    /// Shows H × 3 positions that come live, each of the H handles with its confidence from 0 to 1, in place of the take's; `None` for the
+    /// Shows H × 3 live positions in place of the take's, and H confidences from 0 to 1. `None` shows the
     /// take again.
     pub fn set_live(&mut self, frame: Option<(Vec<f32>, Vec<f32>)>) {
         self.live = frame;
     }
 
-    /// H: how far each handle of a live frame is to be trusted, from 0 to 1; empty where none is shown.
+    /// H: the confidence of each handle of a live frame, from 0 to 1. Empty where no live frame is shown.
     pub fn live_confidence(&self) -> &[f32] {
         self.live.as_ref().map_or(&[], |(_, confidence)| confidence)
     }
@@ -188,46 +190,48 @@ impl Document {
         self.live.is_some()
     }
 
-    /// H positions of the frame that is shown, in mesh units and head space: with edits and how they were pulled, or without both.
-    pub fn handles(&self, pulled: bool) -> Vec<[f32; 3]> {
+    /// H positions of the frame that is shown, in mesh units and head space: with edits and drags, or without
+    /// both.
+    pub fn handles(&self, dragged: bool) -> Vec<[f32; 3]> {
         let per_frame = 3 * self.rest.len();
         let frame = self.transport.frame();
-        let edited = self.shown_edits().filter(|_| pulled).map(|edits| &edits.positions);
+        let edited = self.shown_edits().filter(|_| dragged).map(|edits| &edits.positions);
         let positions = edited.unwrap_or(&self.positions);
         let base = match (&self.live, positions.get(frame * per_frame..(frame + 1) * per_frame)) {
             (Some((live, _)), _) => live.as_chunks::<3>().0,
             (None, Some(frame)) => frame.as_chunks::<3>().0,
             (None, None) => &self.rest,
         };
-        if !pulled {
+        if !dragged {
             return base.to_vec();
         }
         sums(base, &self.pose.offsets)
     }
 
-    /// How markers were pulled.
+    /// The drags of markers.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
 
-    /// Who follows whom.
-    pub fn pull(&self) -> &Pull {
-        &self.pull
+    /// The soft selection: which handles follow which.
+    pub fn soft_selection(&self) -> &SoftSelection {
+        &self.soft_selection
     }
 
-    /// A drag begins: what follows is one step to undo.
+    /// Begins a drag. All changes up to its end are one step to undo.
     pub fn begin_drag(&mut self) {
         self.before_drag = Some(self.pose.clone());
     }
 
-    /// Drags handles by so much since the drag began, or in all where none has.
+    /// Drags handles by an amount that is counted from the beginning of the drag. Without one, it is counted
+    /// from the present pose.
     pub fn drag(&mut self, drag: Drag<'_>) {
-        let moved = self.pull.drag(drag);
+        let moved = self.soft_selection.drag(drag);
         let from = self.before_drag.as_ref().unwrap_or(&self.pose);
         self.pose.offsets = sums(&from.offsets, &moved);
     }
 
-    /// The drag is over. `keep` is false where it is taken back.
+    /// Ends the drag. If `keep` is false, the drag is undone.
     pub fn end_drag(&mut self, keep: bool) {
         if let Some(before) = self.before_drag.take() {
             match keep {
@@ -243,7 +247,7 @@ impl Document {
         self.before_drag.is_some()
     }
 
-    /// Pins handles, or lets them go if all of them are pinned.
+    /// Pins handles, or unpins them if all of them are pinned.
     pub fn toggle_pins(&mut self, handles: &[usize]) {
         self.change(|pose| {
             let all = handles.iter().all(|&handle| pose.pinned[handle]);
@@ -251,7 +255,7 @@ impl Document {
         });
     }
 
-    /// Puts these handles back to where the take has them; all where none is named.
+    /// Resets these handles to the take's positions. Without a handle, resets all.
     pub fn reset(&mut self, handles: &[usize]) {
         self.change(|pose| match handles {
             [] => pose.offsets.fill([0.0; 3]),
@@ -267,18 +271,18 @@ impl Document {
         }
     }
 
-    /// Takes the last change back; whether there was one.
+    /// Undoes the last change. The result is whether there was one.
     pub fn undo(&mut self) -> bool {
         self.end_drag(true);
         self.history.undo(&mut self.pose)
     }
 
-    /// Does again what was undone last; whether there was something.
+    /// Redoes the last change that was undone. The result is whether there was one.
     pub fn redo(&mut self) -> bool {
         self.history.redo(&mut self.pose)
     }
 
-    /// Whether there is something to undo, and to redo.
+    /// Whether there is a change to undo, and one to redo.
     pub fn can_undo_and_redo(&self) -> [bool; 2] {
         self.history.can()
     }
@@ -294,15 +298,16 @@ impl Document {
         }
     }
 
-    /// How markers were pulled, as a file of edits has it: millimetres of each that was.
-    pub fn pulls(&self) -> std::collections::BTreeMap<String, [f64; 3]> {
+    /// The drags as in a file of edits: the offset in millimetres of each dragged marker.
+    pub fn drags(&self) -> std::collections::BTreeMap<String, [f64; 3]> {
         let millimetres = |x: &f32| f64::from(*x) * self.rig.surface().metres_per_unit * 1e3;
         let labelled = self.rig.handles().labels.iter().zip(&self.pose.offsets);
         let moved = labelled.filter(|(_, offset)| **offset != [0.0; 3]);
         moved.map(|(label, offset)| (label.clone(), offset.each_ref().map(millimetres))).collect()
     }
 
-    /// A frame as a mesh that can be an example of the rig: its V × 3 `positions` with the rig's polygons and texture coordinates.
+    /// A frame as a mesh that can be an example of the rig: its V × 3 `positions` with the rig's polygons and
+    /// texture coordinates.
     pub fn frame_as_mesh(&self, positions: &[f32]) -> Mesh {
         Mesh {
             positions: positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect(),
@@ -338,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_pull_is_over_the_take_and_is_undone_as_one() {
+    fn a_drag_is_over_the_take_and_is_undone_as_one() {
         let mut document = document();
         document.transport.seek(40);
         let before = document.handles(true);
@@ -350,8 +355,8 @@ mod tests {
         document.end_drag(true);
         assert!((document.handles(true)[3][0] - before[3][0] - 0.5).abs() < 1e-5, "not the sum of all");
         document.transport.seek(41);
-        let [pulled, not] = [true, false].map(|pulled| document.handles(pulled)[3][0]);
-        assert!((pulled - not - 0.5).abs() < 1e-5, "in other frames too");
+        let [dragged, not] = [true, false].map(|dragged| document.handles(dragged)[3][0]);
+        assert!((dragged - not - 0.5).abs() < 1e-5, "in other frames too");
         document.transport.seek(40);
         assert!(document.undo());
         assert_eq!(document.handles(true), before);

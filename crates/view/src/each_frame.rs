@@ -1,4 +1,4 @@
-//! What happens in each of the window's frames.
+//! The work of each frame of the window.
 
 use crate::app::{Note, ViewApp};
 use crate::open::Source;
@@ -35,7 +35,7 @@ impl eframe::App for ViewApp {
         if self.is_panel_shown(width) {
             let most = (0.85 * width).min(360.0);
             egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
-                // As wide whatever is in it, so that the face stays where it is.
+                // The panel's width does not depend on its contents, so the face stays where it is.
                 egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel::show(self, ui));
             });
         }
@@ -68,7 +68,7 @@ impl ViewApp {
         self.open(dropped.iter().map(|file| Source::Path(file.path().to_owned())).collect());
     }
 
-    /// A browser reads files while the page goes on.
+    /// A browser reads files while the page keeps running.
     #[cfg(target_arch = "wasm32")]
     fn take_dropped(&mut self, ui: &egui::Ui) {
         let dropped = ui.input(|input| input.raw.dropped_files.clone());

@@ -1,9 +1,9 @@
-//! What a file of edits does to frames. In browsers there are none.
+//! The effects of a file of edits on frames. Browsers have no edits.
 
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use rhytid_playback::FrameEdits;
 
-/// There is none.
+/// Browsers have no edits.
 #[cfg(target_arch = "wasm32")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum FrameEdits {}
@@ -46,23 +46,23 @@ impl FrameEdits {
     }
 }
 
-/// What edits do to the frame that is shown.
+/// The effects of edits on the frame that is shown.
 #[derive(Debug, Clone)]
 pub(crate) struct EditedFrame<'a> {
     pub edits: &'a FrameEdits,
-    /// Of the frame, in seconds.
+    /// The time of the frame, in seconds.
     pub time: f64,
-    /// H positions without the edits, where these move any and are bounded.
+    /// H positions without the edits. `None` unless the edits have a falloff and move handles.
     pub without: Option<Vec<[f32; 3]>>,
 }
 
 /// A take with its edits.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct OpenEdits {
-    /// What the file is called.
+    /// The name of the file.
     pub name: String,
     /// frames × H × 3 of the edited take.
     pub positions: Vec<f32>,
-    /// What else there is.
+    /// All other edits.
     pub on_frames: FrameEdits,
 }

@@ -1,4 +1,4 @@
-//! A rig's frames: evaluated where they are drawn, or handed over from another device.
+//! A rig's frames. The device that draws evaluates them, or another device does and passes them on.
 
 use crate::edits::EditedFrame;
 use rayon::prelude::*;
@@ -9,25 +9,26 @@ use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use rhytid_render::{FrameBuffers, Vertices};
 use std::sync::Arc;
 
-/// How far a frame goes, and how much of the folds it has.
+/// The request for a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Wanted {
-    /// The folds times this, from 0, which is the large scale, to 2.
+    /// The factor of the folds, from 0 (only the large scale) to 2.
     pub gain: f32,
-    /// Whether all of it is needed on the host, as heat maps do.
+    /// Whether the whole frame is needed on the host, as for heat maps.
     pub on_host: bool,
 }
 
-/// A device that was opened to evaluate on.
+/// A device that was opened for evaluation.
 pub(crate) type OtherDevice = Animator<Box<dyn Session>>;
 
 /// Evaluates one frame at a time.
 pub(crate) struct FrameSource {
     rig: Arc<Rig>,
     wgpu: Wgpu,
-    /// Where it is drawn; `None` where another device was chosen.
+    /// The evaluation on the device that draws. `None` where another device was chosen.
     drawn: Option<Animator<WgpuSession>>,
-    /// The device that was chosen; where none was, the processor, once something is needed on the host.
+    /// The chosen device. Where none was chosen, it is the processor, as soon as frames are needed on the
+    /// host.
     other: Option<OtherDevice>,
     buffers: FrameBuffers,
     triangles: VertexTriangles,
@@ -35,12 +36,13 @@ pub(crate) struct FrameSource {
     positions: Vec<f32>,
     normals: Vec<f32>,
     large_scale: Vec<f32>,
-    /// Positions, normals and large scale without the edits of handles, where these are bounded.
+    /// Positions, normals and large scale without the edits of handles. They are needed where edits have a
+    /// falloff.
     without: [Vec<f32>; 3],
 }
 
 impl FrameSource {
-    /// Of `rig`, drawn by `wgpu`, evaluated there too unless there is an `other` device.
+    /// The frames of `rig`, drawn by `wgpu`. Without an `other` device, `wgpu` also evaluates them.
     ///
     /// # Errors
     /// As [`Animator::new`].
@@ -77,7 +79,7 @@ impl FrameSource {
         let is_direct = wanted.gain == 1.0 && !wanted.on_host && edits.is_none();
         if let (true, Some(drawn)) = (is_direct, &mut self.drawn) {
             drawn.evaluate(handles)?;
-            // So that what it takes is known apart from the drawing.
+            // Waits, so that its time is measured apart from the drawing.
             drawn.session().wait()?;
             self.is_on_host = false;
             return Ok(());
@@ -92,7 +94,7 @@ impl FrameSource {
         self.buffers.set(&[], &[], numbers);
     }
 
-    /// The last frame, to be drawn.
+    /// The last frame, for drawing.
     pub(crate) fn vertices(&self) -> Result<Vertices<'_>> {
         let Some(drawn) = self.drawn.as_ref().filter(|_| !self.is_on_host) else {
             return Ok(self.buffers.vertices());
@@ -118,7 +120,7 @@ impl FrameSource {
         Ok([&self.positions, &self.large_scale])
     }
 
-    /// The same of the frame that was evaluated last, where it was wanted on the host.
+    /// The same for the last frame, if it was requested on the host.
     pub(crate) fn last_on_host(&self) -> [&[f32]; 2] {
         [&self.positions, &self.large_scale]
     }
@@ -142,7 +144,7 @@ impl FrameSource {
         if edits.without.is_some() {
             let [x, n, large_scale] = self.without.each_ref().map(|numbers| numbers.as_chunks::<3>().0);
             edits.edits.blend(&self.rig, &self.triangles, [x, n], positions, normals);
-            // The folds are what is between the two.
+            // The folds are the difference of the two.
             let (large, _) = self.large_scale.as_chunks_mut::<3>();
             edits.edits.blend(&self.rig, &self.triangles, [large_scale, &[]], large, &mut []);
         }
@@ -151,7 +153,7 @@ impl FrameSource {
         Ok(())
     }
 
-    /// Positions, large scale and normals of H × 3 handle positions, with their folds as they are wanted.
+    /// Positions, large scale and normals of H × 3 handle positions. Their folds are multiplied by `gain`.
     fn evaluate_one(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame<'_>>) -> Result<()> {
         let other = match &mut self.other {
             Some(other) => other,
@@ -187,7 +189,7 @@ impl FrameSource {
         &self.rig
     }
 
-    /// What draws.
+    /// The device that draws.
     pub(crate) fn wgpu(&self) -> &Wgpu {
         &self.wgpu
     }

@@ -1,9 +1,9 @@
 //! Undo and redo.
 
-/// States that are kept; older ones are forgotten.
+/// The number of states that are kept. Older ones are forgotten.
 const DEPTH: usize = 200;
 
-/// What a state was before each change, and after those that were undone.
+/// The states before each change, and those after each change that was undone.
 #[derive(Debug, Clone)]
 pub struct History<T> {
     past: Vec<T>,
@@ -17,7 +17,7 @@ impl<T> Default for History<T> {
 }
 
 impl<T> History<T> {
-    /// A change begins, of what was `before`.
+    /// Records a change. `before` is the state before it.
     pub fn record(&mut self, before: T) {
         if self.past.len() == DEPTH {
             self.past.remove(0);
@@ -26,17 +26,17 @@ impl<T> History<T> {
         self.future.clear();
     }
 
-    /// Puts back what was before the last change; `false` where there is none.
+    /// Restores the state before the last change. `false` where there is no change.
     pub fn undo(&mut self, state: &mut T) -> bool {
         swap(&mut self.past, &mut self.future, state)
     }
 
-    /// Puts back what was undone last; `false` where nothing is.
+    /// Restores the change that was undone last. `false` where none was undone.
     pub fn redo(&mut self, state: &mut T) -> bool {
         swap(&mut self.future, &mut self.past, state)
     }
 
-    /// Whether there is something to undo, and to redo.
+    /// Whether there is a change to undo, and one to redo.
     pub fn can(&self) -> [bool; 2] {
         [&self.past, &self.future].map(|states| !states.is_empty())
     }
@@ -64,7 +64,7 @@ mod tests {
         assert_eq!((state, history.can()), (2, [true, true]));
         assert!(history.redo(&mut state));
         assert_eq!(state, 3);
-        // Another change, and what was undone is gone.
+        // After another change, undone changes are gone.
         history.record(state);
         state = 9;
         assert!(!history.redo(&mut state) && history.undo(&mut state));

@@ -1,12 +1,12 @@
-//! Files that come while the page goes on.
+//! Files that arrive while the page keeps running.
 
 use eframe::egui;
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A file's name, and what is in it or why that cannot be read.
+/// A file's name, and its contents or the reason why they cannot be read.
 pub type Read = (String, Result<Vec<u8>, String>);
 
-/// A place for files that were read: the viewer opens them together.
+/// A place for files that have been read. The viewer opens them together.
 #[derive(Debug, Clone)]
 pub struct Inbox {
     files: Arc<Mutex<Vec<Read>>>,
@@ -18,7 +18,7 @@ impl Inbox {
         Self { files: Arc::default(), context: context.clone() }
     }
 
-    /// Puts files there, and wakes the viewer.
+    /// Adds files, and wakes the viewer.
     pub fn put(&self, files: Vec<Read>) {
         self.files.lock().unwrap_or_else(PoisonError::into_inner).extend(files);
         self.context.request_repaint();

@@ -1,8 +1,9 @@
 //! A window on a rig: drag a marker and the face follows.
 //!
-//! [`ViewApp`] is the viewer, an application of [`eframe`]'s, for a window ([`run`]) as for a canvas in a browser. What it is made of needs
-//! neither: a camera that a person holds ([`Orbit`]), who follows whom when markers are dragged ([`Pull`]), undo and redo ([`History`]), the play head
-//! ([`Transport`]), and all of them together with a rig and a take ([`Document`]).
+//! [`ViewApp`] is the viewer, an application of [`eframe`]. It runs in a window ([`run`]) or in a canvas in a
+//! browser. Its parts need neither: the camera that the user moves ([`Orbit`]), the soft selection
+//! ([`SoftSelection`]), undo and redo ([`History`]), and the play head ([`Transport`]). A [`Document`] joins
+//! them with a rig and a take.
 //!
 //! ```
 //! use rhytid_view::{Document, Drag};
@@ -41,11 +42,11 @@ mod open;
 mod orbit;
 mod panel;
 mod pick;
-mod pull;
 #[cfg(not(target_arch = "wasm32"))]
 mod save;
 mod scene;
 mod settings;
+mod soft_selection;
 mod timeline;
 mod transport;
 mod viewport;
@@ -53,15 +54,15 @@ mod viewport;
 mod window;
 
 pub use app::ViewApp;
-pub use document::{Document, Incident, OpenTake, Pose};
+pub use document::{Document, OpenTake, Pose, TimelineEvent};
 pub use history::History;
 #[cfg(target_arch = "wasm32")]
 pub use inbox::{Inbox, Read};
 pub use orbit::Orbit;
 pub use pick::{marker, vertex};
-pub use pull::{Drag, Pull};
 pub use scene::Times;
 pub use settings::{Before, Settings, Show};
+pub use soft_selection::{Drag, SoftSelection};
 pub use transport::Transport;
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::{WindowOptions, run};

@@ -1,4 +1,4 @@
-//! Handle positions that come over the network.
+//! Handle positions that arrive over the network.
 
 use eframe::egui;
 use rhytid_core::{Result, Rig};
@@ -9,24 +9,24 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How soon the thread sees that it is to end.
+/// The longest time until the thread notices that it has to end.
 const WAIT: Duration = Duration::from_millis(50);
 
-/// The newest frame, and what became of all.
+/// The newest frame, and the counts of all frames.
 #[derive(Debug, Default, Clone)]
 struct Newest {
-    /// H × 3; `None` before the first.
+    /// H × 3. `None` before the first frame.
     positions: Option<Vec<f32>>,
-    /// In seconds behind the fastest.
+    /// The delay in seconds behind the fastest frame.
     latency: f64,
-    /// H: 1 where a marker is seen, falling to 0 where it is not.
+    /// H: 1 for a marker that is seen. For one that is not seen, it falls to 0.
     confidence: Vec<f32>,
     counts: Counts,
-    /// What ended it.
+    /// The fault that ended it.
     fault: Option<String>,
 }
 
-/// A thread that listens: it wakes the window when a frame has come, and sleeps otherwise.
+/// A thread that listens. It wakes the window when a frame arrives, and sleeps otherwise.
 #[derive(Debug)]
 pub(crate) struct Live {
     address: SocketAddr,
@@ -60,7 +60,7 @@ impl Live {
                         (newest.positions, newest.latency, newest.confidence) =
                             (Some(positions), latency, confidence);
                     }
-                    // Junk is counted in the panel, too.
+                    // The panel also counts invalid packets.
                     Ok(None) if newest.counts == before => continue,
                     Ok(None) => {}
                     Err(error) => {
@@ -83,13 +83,13 @@ impl Live {
         self.newest.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 
-    /// The newest frame: H × 3 positions, and the confidence of each handle; `None` before the first.
+    /// The newest frame: H × 3 positions, and the confidence of each handle. `None` before the first frame.
     pub(crate) fn frame(&self) -> Option<(Vec<f32>, Vec<f32>)> {
         let Newest { positions, confidence, .. } = self.newest();
         positions.map(|positions| (positions, confidence))
     }
 
-    /// What is said of it.
+    /// Its status, for the panel.
     pub(crate) fn status(&self) -> String {
         let Newest { positions, latency, confidence, counts, fault } = self.newest();
         let unseen = confidence.iter().filter(|c| **c < 1.0).count();
@@ -111,7 +111,7 @@ impl Drop for Live {
     fn drop(&mut self) {
         self.ends.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // It ends within its wait; that it panicked was said already.
+            // The thread ends within its wait. If it panicked, this has already been reported.
             let _ = thread.join();
         }
     }

@@ -1,8 +1,8 @@
-//! Files that are opened: a rig or a take, told apart by what is in them.
+//! Files that are opened: a rig or a take. Their contents tell which.
 
-#[cfg(not(target_arch = "wasm32"))]
-use crate::document::Incident;
 use crate::document::OpenTake;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::document::TimelineEvent;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
 use rhytid_core::{Error, Result, Rig, Take, rig_file};
@@ -11,7 +11,7 @@ use rhytid_formats::take::{self, Missing};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-/// What was in a file.
+/// The contents of a file.
 #[derive(Debug)]
 pub(crate) enum Opened {
     Rig(Arc<Rig>, String),
@@ -22,12 +22,12 @@ pub(crate) enum Opened {
     Edits(OpenEdits),
 }
 
-/// Where a file is.
+/// The source of a file.
 #[derive(Debug, Clone)]
 pub(crate) enum Source {
     #[cfg(not(target_arch = "wasm32"))]
     Path(std::path::PathBuf),
-    /// What it is called, and what is in it: as a browser has it.
+    /// The name and the contents, as browsers have them.
     Bytes(String, Arc<[u8]>),
 }
 
@@ -40,17 +40,17 @@ impl Source {
         }
     }
 
-    /// The same as a file's name says it.
+    /// Whether the name is that of a rig.
     fn is_rig(&self) -> bool {
         self.name().to_lowercase().ends_with(".safetensors")
     }
 
-    /// The same of edits.
+    /// Whether the name is that of edits.
     pub(crate) fn is_edits(&self) -> bool {
         self.name().to_lowercase().ends_with(".toml")
     }
 
-    /// Reads it; a take is one for `rig`, edits are for a take.
+    /// Reads the file. A take is read for `rig`, edits for `take`.
     fn read(&self, rig: Option<&Rig>, take: Option<&Take>) -> Result<Opened> {
         let name = self.name();
         if self.is_edits() {
@@ -101,7 +101,7 @@ impl Source {
     }
 }
 
-/// A file of edits, and what becomes of the take.
+/// A file of edits, and the edited take.
 #[cfg(not(target_arch = "wasm32"))]
 fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Result<Opened> {
     use crate::edits::FrameEdits;
@@ -119,7 +119,7 @@ fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Res
     }))
 }
 
-/// A take's own CSV, or what a capture system wrote, which is cleaned.
+/// A take's CSV, or the file of a capture system, which is cleaned up.
 #[cfg(not(target_arch = "wasm32"))]
 fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
     use rhytid_core::NoProgress;
@@ -132,7 +132,7 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
     let label = |marker: Option<usize>| {
         marker.and_then(|marker| rig.handles().labels.get(marker)).map_or("head", |l| l)
     };
-    let incidents = cleaned.report.events.iter().map(|event| Incident {
+    let incidents = cleaned.report.events.iter().map(|event| TimelineEvent {
         first: event.first,
         frames: event.frames.max(1),
         words: format!("{}: {}", event.kind.name(), label(event.marker)),
@@ -141,16 +141,17 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
     Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: cleaned.take }))
 }
 
-/// Files that are being read, on a thread where there are any.
+/// Files that are being read, on a thread where the system has threads.
 #[derive(Debug)]
 pub(crate) struct Opening {
-    /// What is being read.
+    /// The names of the files.
     pub name: String,
     result: Receiver<Result<Vec<Opened>>>,
 }
 
 impl Opening {
-    /// Reads a rig, takes and edits, which are for those among them, or else for `rig` and `take`, which are open. `done` is called at the end.
+    /// Reads a rig, takes and edits. Takes and edits belong to the rig and the take among these files, or
+    /// else to the open `rig` and `take`. `done` is called at the end.
     pub(crate) fn new(
         sources: Vec<Source>,
         rig: Option<Arc<Rig>>,
@@ -160,7 +161,7 @@ impl Opening {
         let (sender, result) = channel();
         let name = sources.iter().map(Source::name).collect::<Vec<_>>().join(", ");
         let read = move || {
-            // Nobody may be waiting any more.
+            // The receiver may be gone.
             let _ = sender.send(read(sources, rig, take));
             done();
         };
@@ -171,7 +172,7 @@ impl Opening {
         Self { name, result }
     }
 
-    /// What was read; `None` while it is not known.
+    /// The contents. `None` while they are being read.
     pub(crate) fn result(&self) -> Option<Result<Vec<Opened>>> {
         match self.result.try_recv() {
             Ok(result) => Some(result),

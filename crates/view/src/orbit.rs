@@ -1,26 +1,26 @@
-//! The camera that a person holds: around a point, nearer and farther, sideways.
+//! The camera that the user moves: around a point, nearer and farther, and sideways.
 
 use glam::{Vec2, Vec3};
 use rhytid_core::{Rig, UpAxis};
 use rhytid_render::{Camera, Sphere, View, around_handles};
 
-/// Degrees for a pixel.
+/// Degrees per pixel.
 const DEGREES: f32 = 0.4;
-/// A drawing is never nearer or farther than this many radii of the mesh.
+/// The least and the largest distance of the camera, in radii of the mesh.
 const RANGE: [f32; 2] = [0.02, 50.0];
 
-/// A camera that goes around `target`. Its horizon stays level; over the poles it goes on, upside down.
+/// A camera that goes around `target`. Its horizon stays level. Beyond the poles it is upside down.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Orbit {
     up: UpAxis,
-    /// What all of the mesh fits into, at rest.
+    /// The ball around the mesh at rest.
     sphere: Sphere,
-    /// What a picture is framed by.
+    /// The points that frame a picture.
     framed: Vec<[f32; 3]>,
     target: Vec3,
     /// In mesh units.
     distance: f32,
-    /// Degrees, as [`View`] has them, but without end.
+    /// Degrees as in [`View`], but without limits.
     turn: f32,
     raise: f32,
     /// Focal length in millimetres for film of 36 × 24 mm.
@@ -28,7 +28,8 @@ pub struct Orbit {
 }
 
 impl Orbit {
-    /// From the front, with the face of `rig` in the middle of a picture whose width is `aspect` times its height.
+    /// Looks from the front at the face of `rig`, which is in the middle of a picture whose width is `aspect`
+    /// times its height.
     pub fn new(rig: &Rig, aspect: f32) -> Self {
         let mut orbit = Self {
             up: rig.surface().up_axis,
@@ -44,7 +45,7 @@ impl Orbit {
         orbit
     }
 
-    /// The whole face in the picture, from where it is seen now.
+    /// Shows the whole face, from the present direction.
     pub fn all(&mut self, aspect: f32) {
         let view = View { turn: self.turn, raise: self.raise.clamp(-90.0, 90.0), lens: self.lens };
         let camera = Camera::framing(&self.framed, self.up, view, aspect);
@@ -57,7 +58,7 @@ impl Orbit {
         (self.turn, self.raise) = (turn, raise);
     }
 
-    /// The picture's right, its up and towards the viewer, each of length 1.
+    /// The directions to the picture's right, up and towards the viewer, each of length 1.
     pub fn axes(&self) -> [Vec3; 3] {
         let (up, front) = match self.up {
             UpAxis::Y => (Vec3::Y, Vec3::Z),
@@ -70,7 +71,7 @@ impl Orbit {
         [right, toward.cross(right), toward]
     }
 
-    /// What it sees.
+    /// The camera for drawing.
     pub fn camera(&self) -> Camera {
         let [_, upward, toward] = self.axes();
         let eye = self.target + self.distance * toward;
@@ -84,7 +85,7 @@ impl Orbit {
         )
     }
 
-    /// Goes around as the pointer drags the face by so many pixels to the right and down.
+    /// Turns the camera as the pointer drags the face by these pixels to the right and down.
     pub fn orbit(&mut self, [right, down]: [f32; 2]) {
         // Upside down the face turns the other way under the pointer.
         let upright = if self.raise.rem_euclid(360.0) > 90.0 && self.raise.rem_euclid(360.0) < 270.0 {
@@ -96,8 +97,8 @@ impl Orbit {
         self.raise += DEGREES * down;
     }
 
-    /// What a move of the pointer by so many pixels is at a point in space, in a picture `height` pixels high: a vector in the picture's
-    /// plane, in mesh units.
+    /// The move of a point in space that follows the pointer by these pixels, in a picture `height` pixels
+    /// high. It is a vector in the picture's plane, in mesh units.
     pub fn moved(&self, at: [f32; 3], [right, down]: [f32; 2], height: f32) -> [f32; 3] {
         let [x, y, toward] = self.axes();
         let eye = self.target + self.distance * toward;
@@ -106,12 +107,13 @@ impl Orbit {
         (unit * (right * x - down * y)).to_array()
     }
 
-    /// Moves sideways, so that what is at the target stays under the pointer.
+    /// Moves sideways, so that the target stays under the pointer.
     pub fn pan(&mut self, pixels: [f32; 2], height: f32) {
         self.target -= Vec3::from_array(self.moved(self.target.to_array(), pixels, height));
     }
 
-    /// Goes nearer by `factor`, above 1, or farther; what is at the place `at` of a picture of `size` pixels stays there.
+    /// Goes nearer by `factor` if it is above 1, and farther if it is below 1. The point at this place of the
+    /// picture stays there.
     pub fn zoom(&mut self, factor: f32, [x, y]: [f32; 2], [width, height]: [f32; 2]) {
         let [low, high] = RANGE.map(|radii| radii * self.sphere.radius);
         let distance = (self.distance / factor).clamp(low, high);
@@ -122,7 +124,7 @@ impl Orbit {
         self.distance = distance;
     }
 
-    /// Goes around `point` from now on, which moves to the middle.
+    /// Goes around `point` from now on. The point moves to the middle.
     pub fn focus(&mut self, point: [f32; 3]) {
         self.target = Vec3::from_array(point);
     }

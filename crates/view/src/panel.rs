@@ -8,7 +8,7 @@ use eframe::egui;
 use rhytid_core::{Explanation, HandleShare, Rig};
 use rhytid_formats::mesh::Numbers;
 
-/// Rows of a table about a vertex.
+/// The number of rows of a vertex's table.
 const ROWS: usize = 8;
 
 pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
@@ -39,7 +39,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             for (words, command) in [
                 ("The frame as a take", Command::SaveFrame),
                 ("The frame as a mesh, for an example", Command::SaveExample),
-                ("How markers were pulled, as an edit", Command::SavePulls),
+                ("How markers were dragged, as an edit", Command::SaveEdits),
                 ("The picture", Command::Screenshot),
             ] {
                 if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
@@ -49,7 +49,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         });
     }
     section(ui, "Window", false, theme);
-    // Last, as it is the longest.
+    // This comes last, as it is the longest.
     if let Some(scene) = &mut app.scene {
         section(ui, "Vertex", true, |ui| vertex(scene, ui));
     }
@@ -60,13 +60,13 @@ fn section(ui: &mut egui::Ui, words: &str, is_open: bool, show: impl FnOnce(&mut
     egui::CollapsingHeader::new(words).default_open(is_open).show(ui, show);
 }
 
-/// A slider with its name before it, by which it is known too.
+/// A slider with its label before it. The label is also its name for accessibility.
 fn slider(ui: &mut egui::Ui, words: &str, slider: egui::Slider<'_>) {
     let label = ui.label(words);
     ui.add(slider).labelled_by(label.id);
 }
 
-/// Light or dark.
+/// The choice between light and dark.
 fn theme(ui: &mut egui::Ui) {
     use egui::ThemePreference::{Dark, Light, System};
     let mut theme = ui.options(|options| options.theme_preference);
@@ -134,30 +134,30 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
     }
     let document = &scene.document;
     let labels: Vec<&str> =
-        scene.taken.iter().map(|&handle| &*document.rig.handles().labels[handle]).collect();
+        scene.selected.iter().map(|&handle| &*document.rig.handles().labels[handle]).collect();
     ui.label(match &labels[..] {
-        [] => "none is taken: click one, or N".to_owned(),
-        labels => format!("taken: {}", labels.join(", ")),
+        [] => "none selected: click one, or press N".to_owned(),
+        labels => format!("selected: {}", labels.join(", ")),
     });
     let (pose, [can_undo, can_redo]) = (document.pose(), document.can_undo_and_redo());
-    let is_pulled = pose.offsets.iter().any(|offset| *offset != [0.0; 3]);
-    let is_pinned = !scene.taken.is_empty() && scene.taken.iter().all(|&handle| pose.pinned[handle]);
+    let is_dragged = pose.offsets.iter().any(|offset| *offset != [0.0; 3]);
+    let is_pinned = !scene.selected.is_empty() && scene.selected.iter().all(|&handle| pose.pinned[handle]);
     ui.horizontal_wrapped(|ui| {
         for (words, can, command) in [
             ("Undo", can_undo, Command::Undo),
             ("Redo", can_redo, Command::Redo),
-            ("Put back", is_pulled, Command::Reset),
-            (if is_pinned { "Let go" } else { "Pin" }, !scene.taken.is_empty(), Command::Pin),
+            ("Reset", is_dragged, Command::Reset),
+            (if is_pinned { "Unpin" } else { "Pin" }, !scene.selected.is_empty(), Command::Pin),
         ] {
             if ui.add_enabled(can, egui::Button::new(words)).clicked() {
                 wanted.push(command);
             }
         }
     });
-    if let [handle] = scene.taken[..] {
+    if let [handle] = scene.selected[..] {
         let millimetres = 1e3 * document.rig.surface().metres_per_unit as f32;
         let [x, y, z] = pose.offsets[handle].map(|x| x * millimetres);
-        ui.label(format!("pulled by {x:.2}, {y:.2}, {z:.2} mm"));
+        ui.label(format!("dragged by {x:.2}, {y:.2}, {z:.2} mm"));
     }
 }
 
@@ -182,7 +182,7 @@ fn vertex(scene: &mut Scene, ui: &mut egui::Ui) {
     }
 }
 
-/// What drives a vertex in the frame that is shown.
+/// The table of what drives a vertex in the frame that is shown.
 fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
     let rows = |ui: &mut egui::Ui, title: [&str; 3], rows: Vec<[String; 3]>| {
         if rows.is_empty() {

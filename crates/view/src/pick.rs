@@ -1,11 +1,11 @@
-//! What is under the pointer.
+//! The marker or vertex under the pointer.
 
 use glam::Vec3;
 use rayon::prelude::*;
 use rhytid_render::Camera;
 
-/// The marker nearest to the place `at` of a picture of `size` pixels, among those within `reach` pixels of it: where several are, the one
-/// in front.
+/// The marker nearest to the place `at` of a picture of `size` pixels, among those within `reach` pixels. Of
+/// several, the one in front is chosen.
 pub fn marker(
     markers: &[[f32; 3]],
     camera: &Camera,
@@ -19,12 +19,13 @@ pub fn marker(
         (off <= reach && (0.0..=1.0).contains(&depth)).then_some((i, off, marker))
     });
     let eye = Vec3::from_array(camera.eye());
-    // On the far side of a head there is one behind each.
+    // The far side of a head has a marker behind each one.
     let score = |off: f32, marker: [f32; 3]| eye.distance(Vec3::from_array(marker)) * (1.0 + 0.01 * off);
     seen.min_by(|a, b| score(a.1, a.2).total_cmp(&score(b.1, b.2))).map(|(i, ..)| i)
 }
 
-/// The vertex nearest to where the ray through a place of a picture first meets the mesh: of V × 3 `positions`; `None` beside it.
+/// The vertex nearest to the point where the ray through a place of a picture first meets the mesh, which has
+/// V × 3 `positions`. `None` if the ray misses the mesh.
 pub fn vertex(
     positions: &[f32],
     triangles: &[[u32; 3]],
@@ -46,7 +47,8 @@ pub fn vertex(
     hits.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, vertex)| vertex)
 }
 
-/// Where a ray meets a triangle, from either side: two barycentric coordinates and how far away (Möller and Trumbore 1997).
+/// The point where a ray meets a triangle, from either side: two barycentric coordinates and the distance
+/// (Möller and Trumbore 1997).
 fn meets(eye: Vec3, ray: Vec3, [a, b, c]: [Vec3; 3]) -> Option<[f32; 3]> {
     let (e, f) = (b - a, c - a);
     let p = ray.cross(f);
@@ -79,7 +81,7 @@ mod tests {
             let [x, y, _] = camera().project(SIZE, marker);
             [x, y]
         };
-        // Its projection is nearer, but it is behind the other.
+        // Marker 0 is nearer to this place, but it is behind the other.
         assert_eq!(marker(&markers, &camera(), SIZE, at(markers[0]), 12.0), Some(1));
         assert_eq!(marker(&markers, &camera(), SIZE, at(markers[2]), 12.0), Some(2));
         assert_eq!(marker(&markers, &camera(), SIZE, [5.0, 5.0], 12.0), None);
@@ -87,7 +89,7 @@ mod tests {
 
     #[test]
     fn the_vertex_that_is_seen_is_taken() {
-        // Two triangles behind each other, and what is at their corners.
+        // Two triangles, one behind the other, and the vertices at their corners.
         let positions = [
             [-2.0, -2.0, 0.0],
             [2.0, -2.0, 0.0],
@@ -98,7 +100,7 @@ mod tests {
         ];
         let triangles = [[0, 1, 2], [3, 5, 4]];
         for (v, point) in positions.iter().enumerate().skip(3) {
-            // A little towards the middle.
+            // The place is a little towards the middle.
             let [x, y, _] = camera().project(SIZE, [0.9 * point[0], 0.9 * point[1] - 0.05, point[2]]);
             assert_eq!(vertex(positions.as_flattened(), &triangles, &camera(), SIZE, [x, y]), Some(v));
         }

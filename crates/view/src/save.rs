@@ -1,4 +1,4 @@
-//! What can be saved, each time under the next free number beside the rig.
+//! Saving. Each file gets the next free number beside the rig.
 
 use crate::app::ViewApp;
 use crate::commands::Command;
@@ -8,11 +8,11 @@ use rhytid_formats::{edits, mesh, take};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Files of one kind beside a rig.
+/// The largest number of files of one kind beside a rig.
 const MOST: usize = 10_000;
 
 impl ViewApp {
-    /// Saves what a command says, and tells where.
+    /// Saves the file of a command, and shows where it is.
     pub(crate) fn save(&mut self, command: Command) {
         if self.scene.is_some() {
             let saved = self.try_save(command).map(|path| format!("saved {}", path.display()));
@@ -36,10 +36,10 @@ impl ViewApp {
                 mesh::write_obj(&path, &scene.document.frame_as_mesh(&positions))?;
                 Ok(path)
             }
-            Command::SavePulls => {
-                let markers = scene.document.pulls();
+            Command::SaveEdits => {
+                let markers = scene.document.drags();
                 if markers.is_empty() {
-                    return Err(Error::empty("no marker was pulled, so that there is no edit to save"));
+                    return Err(Error::empty("no marker was dragged, so that there is no edit to save"));
                 }
                 let path = free(&rig, "edit", "toml")?;
                 let (amount, ease) = (Curve::constant(1.0), Ease::default());
@@ -59,7 +59,7 @@ impl ViewApp {
     }
 }
 
-/// The first name of these that no file has: `FACE-pose-0001.csv` beside `FACE.safetensors`.
+/// The first free name, such as `FACE-pose-0001.csv` beside `FACE.safetensors`.
 fn free(rig: &Path, what: &str, extension: &str) -> Result<PathBuf> {
     let stem = rig.file_stem().unwrap_or_default().to_string_lossy();
     let name = |i: usize| rig.with_file_name(format!("{stem}-{what}-{i:04}.{extension}"));

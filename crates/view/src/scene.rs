@@ -1,4 +1,4 @@
-//! What is open, evaluated and drawn.
+//! The open document, evaluated and drawn.
 
 use crate::canvas::{Canvas, Drawn, Shown, Took};
 use crate::document::Document;
@@ -18,7 +18,7 @@ const TAKEN: [f32; 3] = [1.0, 0.35, 0.0];
 const PINNED: [f32; 3] = [0.05, 0.2, 0.9];
 const RIM: [f32; 3] = [1.0, 1.0, 1.0];
 
-/// What the last picture took, apart.
+/// The times of the last picture, by parts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Times {
     /// From handle positions to a frame.
@@ -29,53 +29,54 @@ pub struct Times {
     pub drawing: Duration,
 }
 
-/// All that a picture depends on: where it is as before, it is not drawn again.
+/// Everything that a picture depends on. If nothing of it has changed, the picture is not drawn again.
 #[derive(PartialEq)]
 struct Seen {
     handles: Vec<[f32; 3]>,
-    unpulled: Option<Vec<[f32; 3]>>,
-    /// The time of a frame that is edited besides.
+    undragged: Option<Vec<[f32; 3]>>,
+    /// The time of the frame, if edits depend on it.
     edited: Option<f64>,
     camera: Camera,
     settings: Settings,
     size: [u32; 2],
     background: [u8; 4],
-    taken: Vec<usize>,
+    selected: Vec<usize>,
     pinned: Vec<bool>,
-    /// Of a live frame's markers.
+    /// The confidence of a live frame's markers.
     confidence: Vec<f32>,
     under: Option<usize>,
     vertex: Option<usize>,
 }
 
-/// A rig that is open, with all that draws it.
+/// An open rig with everything that draws it.
 pub(crate) struct Scene {
     pub document: Document,
     pub orbit: Orbit,
-    /// The markers that are taken: dragged together.
-    pub taken: Vec<usize>,
+    /// The selected markers, which are dragged together.
+    pub selected: Vec<usize>,
     /// The marker under the pointer.
     pub under: Option<usize>,
     /// The vertex that was picked.
     pub vertex: Option<usize>,
     pub times: Times,
-    /// Where the picture is in the window, in points.
+    /// The place of the picture in the window, in points.
     pub place: Option<eframe::egui::Rect>,
-    /// Pictures that were drawn since it was opened.
+    /// The number of pictures since the rig was opened.
     pub drawn: u64,
     canvas: Canvas,
     source: FrameSource,
-    /// The same rig without what was learned, once it is asked for.
+    /// The same rig with the shell alone. It is made when it is first needed.
     shell: Option<FrameSource>,
     strains: Option<Strains>,
     seen: Option<Seen>,
 }
 
 impl Scene {
-    /// Opens a rig in the window of `state`, whose device `wgpu` shares; evaluated on an `other` device, where one is given.
+    /// Opens a rig in the window of `state`, whose device `wgpu` shares. An `other` device evaluates it, if
+    /// one is given.
     ///
     /// # Errors
-    /// As uploading it.
+    /// As uploading the rig.
     pub(crate) fn new(
         rig: Arc<Rig>,
         name: &str,
@@ -88,7 +89,7 @@ impl Scene {
             source: FrameSource::new(rig.clone(), wgpu, other)?,
             orbit: Orbit::new(&rig, 1.0),
             document: Document::new(rig, name),
-            taken: Vec::new(),
+            selected: Vec::new(),
             under: None,
             vertex: None,
             times: Times::default(),
@@ -100,7 +101,7 @@ impl Scene {
         })
     }
 
-    /// Evaluates on another device from now on; `None` for the one that draws.
+    /// Evaluates on another device from now on. `None` for the device that draws.
     ///
     /// # Errors
     /// As uploading the rig.
@@ -111,20 +112,21 @@ impl Scene {
         Ok(())
     }
 
-    /// Evaluates and draws what has changed since the last picture, of `size` pixels. The result is whether anything has.
+    /// Evaluates and draws everything that has changed since the last picture. The picture has `size` pixels.
+    /// The result is whether anything has changed.
     ///
     /// # Errors
     /// As evaluating and drawing.
     pub(crate) fn draw(&mut self, settings: &Settings, size: [u32; 2], background: [u8; 4]) -> Result<bool> {
         let seen = Seen {
             handles: self.document.handles(true),
-            unpulled: (settings.before == Before::Take).then(|| self.document.handles(false)),
+            undragged: (settings.before == Before::Take).then(|| self.document.handles(false)),
             edited: self.document.frame_edits().map(|edits| edits.time),
             camera: self.orbit.camera(),
             settings: settings.clone(),
             size,
             background,
-            taken: self.taken.clone(),
+            selected: self.selected.clone(),
             pinned: self.document.pose().pinned.clone(),
             confidence: self.document.live_confidence().to_vec(),
             under: self.under,
@@ -142,8 +144,8 @@ impl Scene {
             Before::Shell => self.side(1, &seen, &seen.handles, 1.0, true)?,
             Before::LargeScale => self.side(1, &seen, &seen.handles, 0.0, false)?,
             Before::Take => {
-                let unpulled = seen.unpulled.as_deref().unwrap_or(&seen.handles);
-                self.side(1, &seen, unpulled, settings.gain, false)?;
+                let undragged = seen.undragged.as_deref().unwrap_or(&seen.handles);
+                self.side(1, &seen, undragged, settings.gain, false)?;
             }
         }
         self.side(0, &seen, &seen.handles, settings.gain, false)?;
@@ -152,7 +154,7 @@ impl Scene {
         Ok(true)
     }
 
-    /// Draws one side: of the shell's rig or of the rig itself. `gain` is what folds are multiplied by.
+    /// Draws one side, of the shell's rig or of the rig itself. `gain` is the factor of the folds.
     fn side(
         &mut self,
         side: usize,
@@ -173,7 +175,7 @@ impl Scene {
         };
         let begin = Instant::now();
         let on_host = settings.show.is_made_on_the_host();
-        // What is before the result is before the edits, too.
+        // The other side of the comparison has no edits either.
         let edits = self.document.frame_edits().filter(|_| side == 0);
         source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits.as_ref())?;
         self.times.evaluation += begin.elapsed();
@@ -186,14 +188,14 @@ impl Scene {
                     let strains = self
                         .strains
                         .get_or_insert_with(|| Strains::new(&rig.surface().faces, &rig.surface().rest));
-                    source.set_numbers(&strains.of(positions));
+                    source.set_numbers(&strains.measure(positions));
                 }
                 Show::Detail => {
                     let millimetres = 1e3 * rig.surface().metres_per_unit as f32;
                     source.set_numbers(&distances(positions, large_scale, millimetres));
                 }
                 Show::Numbers => {
-                    // What has none is shown as the largest are: it is what to look at.
+                    // A vertex without a number has the colour of the largest ones, so that it is noticed.
                     let most = settings.numbers_range.0;
                     let number = |x: &f32| if x.is_nan() { most } else { *x };
                     let numbers = self.document.numbers().get(settings.numbers);
@@ -219,23 +221,23 @@ impl Scene {
         Ok(())
     }
 
-    /// What the window shows of a side: 0 is the result, 1 what is before it.
+    /// The texture of a side in the window: 0 is the result, 1 the side that it is compared with.
     pub(crate) fn texture(&self, side: usize) -> Option<eframe::egui::TextureId> {
         self.canvas.texture(side)
     }
 
-    /// The size of the picture in pixels, before the first one of 1.
+    /// The size of the picture in pixels. Before the first picture it is 1 × 1.
     pub(crate) fn size(&self) -> [u32; 2] {
         self.seen.as_ref().map_or([1; 2], |seen| seen.size)
     }
 
-    /// The marker at a place of the picture, in its pixels.
+    /// The marker at a place of the picture, in pixels.
     pub(crate) fn marker_at(&self, at: [f32; 2], reach: f32) -> Option<usize> {
         let handles = self.document.handles(true);
         pick::marker(&handles, &self.orbit.camera(), self.size(), at, reach)
     }
 
-    /// The vertex at a place of the picture, and where it is.
+    /// The vertex at a place of the picture, and its position.
     ///
     /// # Errors
     /// As evaluating on the host.
@@ -252,14 +254,14 @@ impl Scene {
     /// # Errors
     /// As evaluating.
     pub(crate) fn on_host(&mut self, gain: f32) -> Result<[&[f32]; 2]> {
-        // The next picture is evaluated anew.
+        // The next picture is evaluated again.
         self.seen = None;
         let handles = self.document.handles(true);
         let edits = self.document.frame_edits();
         self.source.on_host(handles.as_flattened(), gain, edits.as_ref())
     }
 
-    /// What drives the vertex that was picked.
+    /// The explanation of the vertex that was picked.
     ///
     /// # Errors
     /// As [`Rig::explain`].
@@ -277,13 +279,13 @@ impl Scene {
         self.canvas.picture()
     }
 
-    /// What the result was drawn into.
+    /// The texture into which the result was drawn.
     #[cfg(target_arch = "wasm32")]
     pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
         self.canvas.drawn_texture()
     }
 
-    /// The frame that was evaluated last, where it is.
+    /// The last frame, on the device that evaluated it.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Internal`] if there is none.
@@ -298,12 +300,12 @@ impl Scene {
     }
 }
 
-/// The markers: those that are taken and the one under the pointer are larger, pinned ones are blue, and live ones that are not seen fade
-/// into their rims.
+/// The dots of the markers. Selected markers and the one under the pointer are larger. Pinned ones are blue.
+/// Live markers that are not seen fade into their rims.
 fn dots(seen: &Seen, handles: &[[f32; 3]]) -> Vec<Mark> {
     let mut marks = Vec::with_capacity(2 * handles.len());
     for (handle, &at) in handles.iter().enumerate() {
-        let is_taken = seen.taken.contains(&handle);
+        let is_taken = seen.selected.contains(&handle);
         let width = if is_taken || seen.under == Some(handle) { 11.0 } else { 7.0 };
         let colour = match (is_taken, seen.pinned[handle]) {
             (true, _) => TAKEN,
@@ -318,7 +320,7 @@ fn dots(seen: &Seen, handles: &[[f32; 3]]) -> Vec<Mark> {
     marks
 }
 
-/// The key light where it was put.
+/// The lights, with the key light at the chosen direction.
 fn lights(settings: &Settings) -> Lights {
     let [right, up] = settings.light.map(f32::to_radians);
     Lights { toward: [up.cos() * right.sin(), up.sin(), up.cos() * right.cos()], ..Lights::default() }

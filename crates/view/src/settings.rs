@@ -1,24 +1,24 @@
-//! What is shown, and how markers are dragged.
+//! The settings: what is shown, and how markers are dragged.
 
 use rhytid_render::{Heat, Look};
 
-/// What the face is drawn as.
+/// How the face is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Show {
     /// Lit at every pixel.
     #[default]
     Shaded,
-    /// Light that spreads in skin, shadows, a surface that shines.
+    /// Skin: light spreads in it, folds cast shadows, and the surface shines.
     Skin,
-    /// As a ball of clay looks where its surface has the same direction.
+    /// Clay: each normal has the colour of a ball of clay at that normal.
     Clay,
     /// The edges of the mesh's polygons.
     Wireframe,
-    /// Lit by triangles.
+    /// Lit for each triangle.
     Flat,
     /// Shaded, with the strain edges in the colours of their strains.
     Edges,
-    /// Shaded, with what drives the vertex that was picked.
+    /// Shaded, with the influences of the vertex that was picked.
     Influences,
     /// How much longer or shorter the skin is than at rest.
     Strain,
@@ -29,7 +29,7 @@ pub enum Show {
 }
 
 impl Show {
-    /// All but the numbers of a file, in the order of the keys F1 to F9.
+    /// All except the numbers of a file, in the order of the keys F1 to F9.
     pub const ALL: [Self; 9] = [
         Self::Shaded,
         Self::Skin,
@@ -42,7 +42,7 @@ impl Show {
         Self::Detail,
     ];
 
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Shaded => "shaded",
@@ -58,23 +58,23 @@ impl Show {
         }
     }
 
-    /// Whether it is made of a frame on the host.
+    /// Whether it needs a frame on the host.
     pub(crate) fn is_made_on_the_host(self) -> bool {
         !matches!(self, Self::Shaded | Self::Skin | Self::Clay | Self::Wireframe | Self::Flat)
     }
 }
 
-/// What the result is put beside.
+/// What the result is compared with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Before {
     /// Nothing.
     #[default]
     Off,
-    /// The shell alone, without what was learned.
+    /// The shell alone, without the fine detail.
     Shell,
-    /// Without the folds.
+    /// The result without the folds.
     LargeScale,
-    /// As the take has it, without what was pulled.
+    /// The take, without drags.
     Take,
 }
 
@@ -82,7 +82,7 @@ impl Before {
     /// All of them.
     pub const ALL: [Self; 4] = [Self::Off, Self::Shell, Self::LargeScale, Self::Take];
 
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Off => "nothing",
@@ -93,32 +93,32 @@ impl Before {
     }
 }
 
-/// What a person chose.
+/// The user's choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
-    /// What the face is drawn as.
+    /// How the face is drawn.
     pub show: Show,
-    /// What it is put beside.
+    /// What the result is compared with.
     pub before: Before,
-    /// Where before ends and the result begins: a part of the picture's width.
+    /// The place between the two sides, as a part of the picture's width.
     pub wipe: f32,
-    /// The folds times this, 0 to 2.
+    /// The factor of the folds, 0 to 2.
     pub gain: f32,
-    /// Whether there are dots at the markers.
+    /// Whether markers have dots.
     pub markers: bool,
-    /// How far along strain edges neighbours follow what is dragged, in millimetres.
+    /// The reach of the soft selection along strain edges, in millimetres.
     pub reach: f32,
-    /// Whether the other side does the same in the mirror.
+    /// Whether the other side of the face moves too, mirrored.
     pub mirrored: bool,
     /// The strain that has the last colour.
     pub strain_range: f32,
     /// The detail that has the last colour, in millimetres.
     pub detail_range: f32,
-    /// Which numbers of a file are shown.
+    /// The set of numbers that is shown.
     pub numbers: usize,
-    /// The number that has the last colour; below 0 are others where it is `true`.
+    /// The number that has the last colour. `true` means that numbers below 0 have colours of their own.
     pub numbers_range: (f32, bool),
-    /// From where the key light comes: degrees to the viewer's right and up.
+    /// The direction of the key light: degrees to the viewer's right and up.
     pub light: [f32; 2],
 }
 
@@ -142,7 +142,7 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The colours of the numbers that are shown, and what they are called.
+    /// The colours of the numbers that are shown, and their name.
     pub fn heat(&self) -> Option<(Heat, &'static str)> {
         match self.show {
             Show::Strain | Show::Edges => Some((Heat::Signed(self.strain_range), "strain")),
@@ -159,7 +159,8 @@ impl Settings {
         }
     }
 
-    /// Shows these numbers, from 0 or around it, up to where all but the largest are.
+    /// Shows these numbers. The range begins at 0 or is symmetric about 0. It contains all numbers except the
+    /// largest.
     pub(crate) fn show_numbers(&mut self, which: usize, numbers: &[f32]) {
         let mut sizes: Vec<f32> = numbers.iter().map(|x| x.abs()).filter(|x| x.is_finite()).collect();
         sizes.sort_by(f32::total_cmp);

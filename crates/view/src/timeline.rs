@@ -31,8 +31,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         }
         let playing = document.transport.playing;
         button(ui, if playing { "Stop" } else { "Play" }, Command::Play);
-        button(ui, "Back", Command::Previous);
-        button(ui, "On", Command::Next);
+        button(ui, "Previous", Command::Previous);
+        button(ui, "Next", Command::Next);
         ui.checkbox(&mut document.transport.looping, "Loop");
         let mut frame = document.transport.frame();
         let last = document.transport.frames() - 1;
@@ -41,7 +41,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         if ui.add(field).labelled_by(label.id).changed() {
             document.transport.seek(frame);
         }
-        // In one piece, whatever the window's width.
+        // The text is never wrapped, for any width of the window.
         ui.add(egui::Label::new(format!("of {last}   {:.2} s", document.transport.time())).extend());
         ui.add(
             egui::DragValue::new(&mut document.transport.speed)
@@ -60,7 +60,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     wanted.into_iter().for_each(|command| app.run(command, ui));
 }
 
-/// All frames from left to right: what the clean-up found, how far to trust them, and the play head, which follows the pointer.
+/// All frames from left to right, with the clean-up's findings, the confidence, and the play head. The play
+/// head follows the pointer.
 fn strip(document: &mut Document, ui: &mut egui::Ui) {
     let size = vec2(ui.available_width(), 34.0);
     let (rect, response) = ui.allocate_exact_size(size, Sense::click_and_drag());
@@ -88,7 +89,7 @@ fn strip(document: &mut Document, ui: &mut egui::Ui) {
     let visuals = ui.visuals().clone();
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 3.0, visuals.extreme_bg_color);
-    // A column of pixels has the least of its frames.
+    // A column of pixels shows the lowest confidence of its frames.
     let confidence = document.confidence();
     let columns = (rect.width().max(1.0)) as usize;
     for column in 0..columns.min(confidence.len()) {

@@ -5,21 +5,22 @@
 pub struct Transport {
     /// In seconds, strictly increasing; at least one.
     times: Vec<f64>,
-    /// How long the last frame is shown.
+    /// The duration of the last frame, in seconds.
     last: f64,
     frame: usize,
     /// Seconds since the first frame.
     position: f64,
     /// Whether time passes.
     pub playing: bool,
-    /// Whether it begins again at the end.
+    /// Whether the take begins again at its end.
     pub looping: bool,
-    /// How fast: 1 is the take's own rate.
+    /// The speed. 1 is the take's own rate.
     pub speed: f64,
 }
 
 impl Transport {
-    /// For frames at these `times` in seconds, the last one shown as long as `rate` frames a second are.
+    /// For frames at these `times` in seconds. The last frame is shown as long as a frame at `rate` frames a
+    /// second.
     ///
     /// # Panics
     /// If there are none.
@@ -51,19 +52,19 @@ impl Transport {
         self.times[self.frame]
     }
 
-    /// Shows a frame, the last one where there are fewer.
+    /// Shows a frame. If there are fewer frames, shows the last one.
     pub fn seek(&mut self, frame: usize) {
         self.frame = frame.min(self.times.len() - 1);
         self.position = self.times[self.frame] - self.times[0];
     }
 
-    /// So many frames on, or back; it stops, and stays at the ends.
+    /// Stops, and moves by this many frames, forwards or back. It does not go beyond the ends.
     pub fn step(&mut self, frames: isize) {
         self.playing = false;
         self.seek(self.frame.saturating_add_signed(frames));
     }
 
-    /// Plays, from the start where it has ended, or stops.
+    /// Plays or stops. A take that has ended plays from its start.
     pub fn toggle(&mut self) {
         self.playing = !self.playing;
         if self.playing && self.frame + 1 == self.times.len() {
@@ -71,7 +72,7 @@ impl Transport {
         }
     }
 
-    /// Lets `seconds` of the clock pass. Frames that would be late are skipped.
+    /// Advances the play head by `seconds` of the clock. Late frames are skipped.
     pub fn advance(&mut self, seconds: f64) {
         if !self.playing || seconds <= 0.0 {
             return;
@@ -88,7 +89,7 @@ impl Transport {
                 }
             }
         }
-        // What a clock adds up to is a little before the time that a file has.
+        // The sum of the clock's steps can be a little before the time in a file.
         let time = self.times[0] + self.position + 1e-6;
         self.frame = self.times.partition_point(|t| *t <= time).saturating_sub(1);
     }

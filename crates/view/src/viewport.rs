@@ -1,4 +1,4 @@
-//! The face, and what the pointer does to it.
+//! The face, and the actions of the pointer on it.
 
 use crate::app::ViewApp;
 use crate::scene::Scene;
@@ -6,11 +6,11 @@ use crate::settings::{Before, Settings, Show};
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2, vec2};
 use rhytid_render::Heat;
 
-/// How near to a marker or to the wipe's line the pointer has to be, in points; a finger is wider.
+/// The distance at which the pointer reaches a marker or the wipe's line, in points. A finger is wider.
 const NEAR: f32 = 12.0;
 const NEAR_FINGER: f32 = 26.0;
 
-/// What the pointer holds, from pressing to letting go.
+/// What the pointer holds, from press to release.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Holds {
     Wipe,
@@ -51,7 +51,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     });
 }
 
-/// What is said where nothing is open.
+/// The message where nothing is open.
 fn empty(app: &ViewApp, ui: &egui::Ui, rect: Rect) {
     if app.is_opening() {
         return;
@@ -87,8 +87,8 @@ fn pointer(
             _ if is_middle => Holds::Pan,
             _ if settings.before != Before::Off && (from.x - line).abs() < near => Holds::Wipe,
             Some(marker) => {
-                // Of several that are taken, any drags them all.
-                if !scene.taken.contains(&marker) {
+                // Any of several selected markers drags them all.
+                if !scene.selected.contains(&marker) {
                     take(scene, marker, shift);
                 }
                 scene.document.begin_drag();
@@ -109,7 +109,7 @@ fn pointer(
         match holds {
             Holds::Wipe => settings.wipe = (settings.wipe + moved.x / rect.width()).clamp(0.0, 1.0),
             Holds::Markers { from, at: point } => {
-                // Where it was let go, though the pointer may have gone on before this frame.
+                // The place of the release. The pointer may have moved on before this frame.
                 let at = ui.input(released).filter(|_| response.drag_stopped()).or(at);
                 if let Some(at) = at.filter(|_| scene.document.is_dragging()) {
                     let by = scene.orbit.moved(point, [at.x - from.x, at.y - from.y], rect.height());
@@ -148,7 +148,7 @@ fn pointer(
     Ok(())
 }
 
-/// Where a button was let go since the frame before.
+/// The place where a button was released since the last frame.
 fn released(input: &egui::InputState) -> Option<Pos2> {
     input.events.iter().find_map(|event| match event {
         egui::Event::PointerButton { pos, pressed: false, .. } => Some(*pos),
@@ -156,14 +156,14 @@ fn released(input: &egui::InputState) -> Option<Pos2> {
     })
 }
 
-/// Takes a marker: alone, or with `more` besides those that are taken, or no longer.
+/// Selects a marker alone. With `more`, adds it to the selected ones, or removes it from them.
 fn take(scene: &mut Scene, marker: usize, more: bool) {
-    match (more, scene.taken.iter().position(|&taken| taken == marker)) {
-        (false, _) => scene.taken = vec![marker],
+    match (more, scene.selected.iter().position(|&selected| selected == marker)) {
+        (false, _) => scene.selected = vec![marker],
         (true, Some(i)) => {
-            scene.taken.remove(i);
+            scene.selected.remove(i);
         }
-        (true, None) => scene.taken.push(marker),
+        (true, None) => scene.selected.push(marker),
     }
 }
 
@@ -187,7 +187,7 @@ fn paint(scene: &Scene, settings: &Settings, ui: &egui::Ui, rect: Rect) {
     }
     if settings.before != Before::Off {
         let x = rect.left() + wipe * rect.width();
-        // With a rim, as what is behind it may be of any colour.
+        // The line has a rim, since the picture behind it may have any colour.
         for (width, colour) in [(4.0, ui.visuals().extreme_bg_color), (1.5, ui.visuals().strong_text_color())]
         {
             ui.painter().vline(x, rect.y_range(), egui::Stroke::new(width, colour));
@@ -204,7 +204,7 @@ fn paint(scene: &Scene, settings: &Settings, ui: &egui::Ui, rect: Rect) {
     }
 }
 
-/// What the colours mean, in the lower left corner.
+/// The legend of the colours, in the lower left corner.
 fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
     const STEPS: usize = 48;
     let [low, high] = heat.range();
@@ -225,7 +225,7 @@ fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
     write(ui, bar.center_top() - vec2(0.0, 5.0), egui::Align2::CENTER_BOTTOM, words);
 }
 
-/// Small words over the picture, on a ground of their own: what is behind them may be of any colour.
+/// Small text over the picture. It has its own background, since the picture behind it may have any colour.
 fn write(ui: &egui::Ui, at: Pos2, align: egui::Align2, words: &str) {
     let (font, colour) = (egui::TextStyle::Small.resolve(ui.style()), ui.visuals().strong_text_color());
     let galley = ui.painter().layout_no_wrap(words.to_owned(), font, colour);

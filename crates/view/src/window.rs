@@ -10,27 +10,27 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
 
-/// What a window begins with.
+/// The options of a window.
 #[derive(Debug, Default)]
 pub struct WindowOptions {
-    /// A rig, and a take for it: read when the window is there.
+    /// A rig, and a take for it. They are read when the window is open.
     pub files: Vec<PathBuf>,
-    /// Where to listen for live frames.
+    /// The address to listen at for live frames.
     pub listen: Option<SocketAddr>,
-    /// The device to draw with, one of the backend wgpu; `None` for the one that wgpu prefers.
+    /// The device that draws, of the backend wgpu. `None` for the one that wgpu prefers.
     pub draws: Option<DeviceInfo>,
-    /// The devices that a frame can be evaluated on besides.
+    /// Further devices that can evaluate a frame.
     pub devices: Vec<DeviceInfo>,
-    /// That of them which it is evaluated on at first; `None` for the one that draws.
+    /// The one of these that evaluates at first. `None` for the device that draws.
     pub device: Option<DeviceInfo>,
-    /// What is sent here closes the window.
+    /// A message on this channel closes the window.
     pub close: Option<Receiver<()>>,
 }
 
 /// Shows a window until it is closed.
 ///
 /// # Errors
-/// [`Error::Device`] if there is no display, or none of its devices draws.
+/// [`Error::Device`] if there is no display, or no device can draw to it.
 pub fn run(options: WindowOptions) -> Result<()> {
     let draws = options.draws.clone();
     let mut setup = WgpuSetupCreateNew::without_display_handle();
@@ -39,7 +39,7 @@ pub fn run(options: WindowOptions) -> Result<()> {
         let is_wanted = |adapter: &&wgpu::Adapter| draws.as_ref().is_none_or(|info| Wgpu::is(adapter, info));
         let mut adapters: Vec<&wgpu::Adapter> = adapters.iter().filter(is_wanted).collect();
         adapters.sort_by_key(|adapter| Wgpu::rank(adapter));
-        // One after the other, since there are drivers that end a program which asks them.
+        // Devices are asked one after the other, since some drivers end a program that asks them.
         let fits =
             |adapter: &&wgpu::Adapter| surface.is_none_or(|surface| adapter.is_surface_supported(surface));
         let first = adapters.into_iter().find(fits).cloned();
@@ -79,18 +79,18 @@ pub fn run(options: WindowOptions) -> Result<()> {
     })
 }
 
-/// Closes the window once something is sent. The thread ends with it, or when nobody can send any more.
+/// Closes the window when a message is sent. The thread then ends. It also ends when all senders are gone.
 fn close_when(sent: Receiver<()>, context: egui::Context) {
     std::thread::spawn(move || {
         if sent.recv().is_ok() {
             context.send_viewport_cmd_to(egui::ViewportId::ROOT, egui::ViewportCommand::Close);
-            // The window may have been woken before the command was there.
+            // The window may have woken before the command arrived.
             context.request_repaint_of(egui::ViewportId::ROOT);
         }
     });
 }
 
-/// Why there is no window. What winit says of a display is lines of its own source.
+/// The reason why there is no window. winit's own message names only lines of its source.
 fn reason(error: &eframe::Error) -> String {
     if !matches!(error, eframe::Error::WinitEventLoop(_)) {
         return error.to_string();

@@ -1,4 +1,4 @@
-//! A viewer that is used for long does not grow. Alone in its process, whose memory is measured.
+//! A viewer's memory does not grow in long use. The test is alone in its process, whose memory is measured.
 
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuSetup, WgpuSetupCreateNew};
@@ -9,10 +9,12 @@ use rhytid_test_support::resident;
 use rhytid_view::ViewApp;
 use std::sync::Arc;
 
-/// More than this is growth. What allocators and the driver keep settles within 24 MB; a rig that stayed would be 2 MB a load.
+/// More than this is growth. The memory that allocators and the driver keep settles within 24 MB. A rig that
+/// is not released would add 2 MB with each load.
 const MOST: u64 = 40 << 20;
 
-/// How many times; more is asked for by `RHYTID_LOADS=1000`, and an hour of playing by `RHYTID_PICTURES=216000`.
+/// The number of repetitions. `RHYTID_LOADS=1000` asks for more loads, and `RHYTID_PICTURES=216000` for an
+/// hour of playing.
 fn times(variable: &str, otherwise: usize) -> usize {
     std::env::var(variable).ok().and_then(|times| times.parse().ok()).unwrap_or(otherwise)
 }
@@ -41,7 +43,7 @@ fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
             (0..frames).for_each(|_| view.step());
             assert_eq!(view.state().note(), None);
         }
-        // Something of the window itself now and then.
+        // Now and then the window itself changes.
         view.key_press(egui::Key::H);
         view.step();
         resident()

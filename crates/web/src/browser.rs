@@ -1,4 +1,4 @@
-//! What the page calls.
+//! The functions that the page calls.
 use crate::face::{Face, poses};
 use crate::page::page;
 use js_sys::Function;
@@ -7,7 +7,7 @@ use rhytid_conformance::{AsyncDevice, AsyncSession, Report, Suite, run_device_as
 use rhytid_core::{Animator, DeviceInfo, HandleFrames, Result, Rig, Session, Stage, UploadOptions, rig_file};
 use wasm_bindgen::prelude::{JsError, JsValue, wasm_bindgen};
 
-/// What the page is told.
+/// The results for the page.
 #[wasm_bindgen]
 pub struct Findings {
     report: Report,
@@ -16,7 +16,7 @@ pub struct Findings {
 
 #[wasm_bindgen]
 impl Findings {
-    /// Whether all of it passed.
+    /// Whether everything passed.
     #[wasm_bindgen(getter)]
     pub fn passed(&self) -> bool {
         self.report.passed() && self.face.passed()
@@ -71,12 +71,14 @@ impl Findings {
     }
 }
 
-/// Runs the quick suite on the browser's device, then a face. `device` and `system` are the names that the report has for the device and the browser;
-/// `largest_binding`, in bytes, splits arrays further than the device needs; `rig` is a rig file's bytes; `progress` is told how many
-/// cases are done, and of how many.
+/// Runs the quick suite on the browser's device, and then a face.
+///
+/// `device` and `system` are the names of the device and the browser in the report. `largest_binding`, in
+/// bytes, makes the backend split arrays more than the device needs. `rig` is the content of a rig file.
+/// `progress` is called with the number of cases that are done, and the number of all.
 ///
 /// # Errors
-/// What a device or the rig's file is refused for: one sentence.
+/// The reason why the device or the rig's file is refused, in one sentence.
 #[wasm_bindgen]
 pub async fn conform(
     device: String,
@@ -92,7 +94,7 @@ pub async fn conform(
     }
     let device = Browser { info: DeviceInfo { name: device, ..wgpu.info() }, wgpu };
     let found = run_device_async(&device, Suite::Quick, |_, done, total| {
-        // A page that does not want to know is no reason to stop.
+        // A fault of the page's callback is no reason to stop.
         let _ = progress.call2(&JsValue::NULL, &JsValue::from(done), &JsValue::from(total));
         true
     })
@@ -107,13 +109,13 @@ pub async fn conform(
     Ok(Findings { report, face: Face::new(&rig, poses, positions) })
 }
 
-/// A panic says nothing in a browser, unless it is told to.
+/// Shows panics in the browser's console, which are silent by default.
 #[wasm_bindgen(start)]
 pub fn start() {
     std::panic::set_hook(Box::new(|panic| web_sys::console::error_1(&panic.to_string().into())));
 }
 
-/// The browser's device, as the suite drives it.
+/// The browser's device, for the suite.
 struct Browser {
     info: DeviceInfo,
     wgpu: Wgpu,

@@ -1,39 +1,42 @@
-//! One face as a user has it, beside the suite's made-up ones: its positions, read back, compared with the float64 twin.
+//! A test with one realistic face, in addition to the suite's generated ones. Its positions are read from the
+//! device and compared with the f64 reference.
 use rhytid_conformance::evaluate;
 use rhytid_core::Rig;
 
-/// How far a vertex may be from the twin's, as a part of the diagonal of the face's bounding box.
+/// The allowed distance of a vertex from the reference's, as a part of the diagonal of the face's bounding
+/// box.
 pub const ALLOWED: f64 = 2e-5;
 
-/// What was found of a face.
+/// The result for a face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Face {
     /// V.
     pub vertices: usize,
-    /// frames × H × 3: where the handles were, in mesh units.
+    /// frames × H × 3: the positions of the handles, in mesh units.
     pub handle_positions: Vec<f32>,
-    /// frames × V × 3: what the device made of it, in mesh units.
+    /// frames × V × 3: the device's positions, in mesh units.
     pub positions: Vec<f32>,
-    /// The largest distance of a vertex from the twin's, as a part of the diagonal of the face's bounding box; infinite where the device
-    /// gave another number of vertices, or no numbers.
+    /// The largest distance of a vertex from the reference's, as a part of the diagonal of the face's
+    /// bounding box. Infinite where the device gave another number of vertices, or NaN.
     pub off: f64,
 }
 
 impl Face {
-    /// Compares `positions`, frames × V × 3, with what the twin makes of `handle_positions`, frames × H × 3.
+    /// Compares `positions`, frames × V × 3, with the reference's result for `handle_positions`, frames × H ×
+    /// 3.
     pub fn new(rig: &Rig, handle_positions: Vec<f32>, positions: Vec<f32>) -> Self {
-        let twin = rig.widened();
+        let reference = rig.widened();
         let handles: Vec<[f64; 3]> = points(&handle_positions);
-        let expected = evaluate(&twin, &handles).positions;
+        let expected = evaluate(&reference, &handles).positions;
         let found = points(&positions);
         let distance =
             |(a, b): (&[f64; 3], &[f64; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
         let distances = found.iter().zip(&expected).map(distance);
-        // A distance that is no number must not pass for a small one.
+        // A NaN distance must not pass for a small one.
         let worst =
             distances.fold(0.0, |worst: f64, d| if d.is_nan() { f64::INFINITY } else { worst.max(d) });
         let off = if found.len() == expected.len() {
-            worst / diagonal(&twin.surface().rest)
+            worst / diagonal(&reference.surface().rest)
         } else {
             f64::INFINITY
         };
@@ -45,13 +48,14 @@ impl Face {
         self.off <= ALLOWED
     }
 
-    /// How many frames were evaluated.
+    /// The number of evaluated frames.
     pub fn frames(&self) -> usize {
         self.positions.len() / (3 * self.vertices.max(1))
     }
 }
 
-/// Poses to evaluate a rig in: at rest, then each example by half and in full. frames × H × 3, mesh units.
+/// The poses in which a rig is evaluated: at rest, and then each example by half and in full. frames × H × 3,
+/// mesh units.
 pub fn poses(rig: &Rig) -> Vec<f32> {
     let rest = &rig.handles().rest;
     let mut poses = rest.as_flattened().to_vec();
@@ -69,7 +73,7 @@ fn points(numbers: &[f32]) -> Vec<[f64; 3]> {
     numbers.as_chunks().0.iter().map(|p: &[f32; 3]| p.map(f64::from)).collect()
 }
 
-/// Of the bounding box.
+/// The diagonal of the bounding box.
 fn diagonal(points: &[[f64; 3]]) -> f64 {
     let extent = |c: usize| {
         let (low, high) = points

@@ -1,7 +1,8 @@
-//! Rhytid in a browser, on WebGPU: the viewer and the conformance suite as pages. `cargo xtask web` builds them into a folder that any static host
-//! serves; `pages/` has what else is in there.
+//! Rhytid in a browser, on WebGPU: the viewer and the conformance suite as pages. `cargo xtask web` builds
+//! them into a folder that any static host serves. `pages/` has the other files of that folder.
 //!
-//! What needs no browser is compiled, and tested, everywhere; `browser::conform` and `viewer::view`, which the pages call, in browsers alone.
+//! Code that needs no browser is compiled and tested everywhere. `browser::conform` and `viewer::view`, which
+//! the pages call, are compiled for browsers alone.
 
 #[cfg(target_arch = "wasm32")]
 pub mod browser;

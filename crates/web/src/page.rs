@@ -1,9 +1,9 @@
-//! What was found, as a piece of the page.
+//! The results, as a piece of the page.
 use crate::face::{ALLOWED, Face};
 use maud::html;
 use rhytid_conformance::{Report, Verdict};
 
-/// The words of a report and of a face: a piece of HTML for the page that ran them.
+/// The text of a report and of a face: a piece of HTML for the page that ran them.
 pub fn page(report: &Report, face: &Face) -> String {
     let passed = report.passed() && face.passed();
     html! {
@@ -70,7 +70,7 @@ mod tests {
     fn what_failed_is_named_and_what_is_written_is_escaped() {
         let info = Cpu::devices().unwrap().remove(0);
         let device = Device::open::<Cpu>(&info).unwrap();
-        // The must-pass list sees what did not run.
+        // The must-pass list reports cases that did not run.
         let first = |_: &Case, done: usize, _: usize| done < 1;
         let mut report = run_device(&device, Suite::Quick, first);
         report.device.name = "<b>A & B</b>".into();

@@ -1,4 +1,4 @@
-//! The viewer, as its page calls it.
+//! The viewer for its page.
 
 use eframe::WebRunner;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
@@ -19,7 +19,7 @@ pub struct Viewer {
 /// Shows the viewer on a canvas, with nothing open.
 ///
 /// # Errors
-/// What the browser's device is refused for: one sentence.
+/// The reason why the browser's device is refused, in one sentence.
 #[wasm_bindgen]
 pub async fn view(canvas: HtmlCanvasElement) -> Result<Viewer, JsValue> {
     let mut setup = WgpuSetupCreateNew::without_display_handle();
@@ -40,14 +40,17 @@ pub async fn view(canvas: HtmlCanvasElement) -> Result<Viewer, JsValue> {
 
 #[wasm_bindgen]
 impl Viewer {
-    /// Opens a rig and takes for it: as many names as files, which say which is what.
+    /// Opens a rig and takes for it. There are as many names as files, and a file's name tells what it is.
     pub fn open(&self, names: Vec<String>, files: Vec<Uint8Array>) {
         let files = names.into_iter().zip(files.iter().map(Uint8Array::to_vec));
         self.with(|app| app.inbox().put(files.map(|(name, bytes)| (name, Ok(bytes))).collect()));
     }
 
-    /// What is open and shown, as JSON: `open`, the rig's name, or null; `vertices`, `frames`, `frame`, `handles` (H × 3), `taken`,
-    /// `vertex`, `pictures`, `note` and whether it is an `error`.
+    /// The state of the viewer, as JSON.
+    ///
+    /// `open` is the rig's name, or null. The other keys are `vertices`, `frames`, `frame`, `playing`,
+    /// `handles` (H × 3), `selected`, `vertex`, `pictures`, `note`, and `error`, which says whether the note
+    /// is an error.
     #[wasm_bindgen(getter)]
     pub fn status(&self) -> String {
         let status = self.with(|app| {
@@ -61,7 +64,7 @@ impl Viewer {
                 "frame": document.map(|document| document.transport.frame()),
                 "playing": document.map(|document| document.transport.playing),
                 "handles": document.map(|document| document.handles(true)),
-                "taken": app.taken(),
+                "selected": app.selected(),
                 "vertex": app.vertex(),
                 "pictures": app.times().map(|(_, pictures)| pictures),
                 "note": note,
@@ -71,7 +74,7 @@ impl Viewer {
         status.map_or_else(String::new, |status| status.to_string())
     }
 
-    /// Where a handle is on the canvas, in CSS pixels from its upper left corner.
+    /// The place of a handle on the canvas, in CSS pixels from its upper left corner.
     pub fn handle(&self, handle: usize) -> Option<Vec<f32>> {
         self.with(|app| app.handle_in_window(handle))?.map(|at| at.to_vec())
     }
@@ -79,7 +82,7 @@ impl Viewer {
     /// V × 3 positions of the frame that is shown, read back from the device.
     ///
     /// # Errors
-    /// Where nothing is shown, or the device fails.
+    /// If nothing is shown, or if the device fails.
     pub async fn positions(&self) -> Result<Vec<f32>, JsError> {
         let reading = self.with(|app| app.read_positions()).flatten();
         Ok(reading.ok_or_else(|| JsError::new("nothing is shown"))?.await?)
@@ -96,7 +99,8 @@ impl Viewer {
 }
 
 impl Viewer {
-    /// `None` while the viewer is at work, which nobody can be who is called from the page.
+    /// Calls `what` with the app. `None` while the viewer is busy, which cannot be so in a call from the
+    /// page.
     fn with<T>(&self, what: impl FnOnce(&mut ViewApp) -> T) -> Option<T> {
         self.runner.app_mut::<ViewApp>().map(|mut app| what(&mut app))
     }

@@ -1,4 +1,4 @@
-//! What the targets of the readers of capture files share.
+//! Shared parts of the targets for the readers of capture files.
 use rhytid_core::{Error, RawTake};
 use rhytid_formats::raw_take::decode;
 use std::collections::HashSet;

@@ -1,9 +1,9 @@
-//! What the targets of the USD reader share.
+//! Shared parts of the targets for the USD reader.
 use rhytid_core::Error;
 use rhytid_formats::usd::layer::{Prim, Property};
 use rhytid_formats::usd::read::{self, Opened, decode_animation};
 
-/// Decodes; what there is can be read, all of it or with an error.
+/// Decodes. Everything in the layer can be read, or gives an error.
 pub fn decode(bytes: &[u8]) {
     match read::decode(bytes.to_vec(), "fuzz") {
         Ok(Opened { layer, mut samples }) => {
@@ -42,7 +42,7 @@ fn sampled(prim: &Prim, numbers: &mut Vec<usize>) {
     prim.children.iter().for_each(|child| sampled(child, numbers));
 }
 
-/// A fault of the input is the only one that there may be.
+/// Only faults of the input are allowed as errors.
 fn check(error: Option<Error>) {
     assert!(matches!(error, None | Some(Error::Input(_))), "{error:?}");
 }

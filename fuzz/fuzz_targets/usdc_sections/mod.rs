@@ -1,9 +1,10 @@
-//! Crate files taken apart and put together again: values, then sections of compressed tables, then the table of contents.
+//! Crate files taken apart and put together again: values, then sections of compressed tables, then the table
+//! of contents.
 use libfuzzer_sys::fuzzer_mutate;
 
 /// Where the values begin.
 const HEADER: usize = 88;
-/// Sections: how many numbers of 8 bytes are ahead of the tables, and the tables.
+/// Sections: the number of 8-byte numbers before the tables, and the tables.
 const SECTIONS: [(&[u8], usize, &[Table]); 6] = [
     (b"TOKENS", 2, &[Table::Bytes]),
     (b"STRINGS", 0, &[]),
@@ -32,7 +33,7 @@ pub fn changed(file: &[u8], seed: u32) -> Option<Vec<u8>> {
         .collect::<Option<_>>()?;
     let values_end = entries.iter().map(|entry| entry.1).min()?;
     let mut values = file.get(HEADER..values_end)?.to_vec();
-    // The sections are five sixths of the choices, the values the rest, and these stay where they are.
+    // The sections are five sixths of the choices, and the values are the rest. Values keep their places.
     let chosen = seed as usize % (count + 1);
     if chosen == count {
         let size = values.len();
@@ -69,7 +70,7 @@ fn changed_section(name: &[u8], section: &[u8], seed: usize) -> Option<Vec<u8>> 
     let mut out = section.get(..8 * head)?.to_vec();
     let mut rest = section.get(8 * head..)?;
     for (i, table) in tables.iter().enumerate() {
-        // Tokens say their size between the numbers and the bytes, as the others do.
+        // Tokens have their size between the numbers and the bytes, like the others.
         let size = word(rest, 0)?;
         let packed = rest.get(8..size.checked_add(8)?)?;
         rest = &rest[8 + size..];
@@ -83,7 +84,7 @@ fn changed_section(name: &[u8], section: &[u8], seed: usize) -> Option<Vec<u8>> 
     Some(out)
 }
 
-/// One block of LZ4, as all files are that are small enough to be fuzzed.
+/// One block of LZ4. All files that are small enough to be fuzzed have one block.
 fn changed_table(table: Table, count: usize, packed: &[u8]) -> Option<Vec<u8>> {
     let block = packed.strip_prefix(&[0])?;
     let mut bytes = lz4_flex::block::decompress(block, 1 << 20).ok()?;
@@ -104,7 +105,7 @@ fn changed_table(table: Table, count: usize, packed: &[u8]) -> Option<Vec<u8>> {
     Some([vec![0], lz4_flex::block::compress(&bytes)].concat())
 }
 
-/// From the commonest difference, two bits for each integer, and the differences that are another.
+/// From the commonest difference, two bits for each integer, and the differences unlike it.
 fn integers(bytes: &[u8], count: usize) -> Option<Vec<i32>> {
     let common = i32::from_le_bytes(*bytes.first_chunk()?);
     let codes = bytes.get(4..)?.get(..count.div_ceil(4))?;
@@ -129,7 +130,7 @@ fn integers(bytes: &[u8], count: usize) -> Option<Vec<i32>> {
         .collect()
 }
 
-/// All of 4 bytes: nothing asks for the shortest.
+/// Every difference in 4 bytes: the format does not require the shortest form.
 fn differences(integers: impl Iterator<Item = i32>, count: usize) -> Vec<u8> {
     let mut out = vec![0; 4];
     out.extend(vec![0xff; count.div_ceil(4)]);
@@ -145,7 +146,7 @@ fn word(bytes: &[u8], at: usize) -> Option<usize> {
     usize::try_from(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?)).ok()
 }
 
-/// Changes `bytes`, whose number may become larger by a few.
+/// Changes `bytes`. Their number may grow by a few.
 fn mutate(bytes: &mut Vec<u8>) {
     let size = bytes.len();
     bytes.resize(size + 16, 0);

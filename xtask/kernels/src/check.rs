@@ -1,4 +1,4 @@
-//! The checks: a list each, with one sentence for each thing that is not as it must be.
+//! The checks. Each is a list with one sentence for each fault.
 use crate::reflected::{Language, Reflected, compare, differences, parameters};
 use crate::{compile, folder, reflect_naga, reflect_opencl, reflect_rust};
 use rhytid_kernels::table::{Entry, Kernel};
@@ -7,7 +7,7 @@ use std::io::{ErrorKind, Write};
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// Checks all kernels; `root` holds a folder for each. The error says what the check itself lacks.
+/// Checks all kernels. `root` holds a folder for each. The error says what the check itself lacks.
 pub(crate) fn all(root: &Path) -> Result<Vec<String>, String> {
     let opencl = reflect_opencl::Compiler::first()?;
     let mut all = folder::files(root);
@@ -32,7 +32,7 @@ pub(crate) fn all(root: &Path) -> Result<Vec<String>, String> {
     Ok(all)
 }
 
-/// A source that no compiler takes is a difference too.
+/// A source that does not compile is a difference too.
 pub(crate) fn agrees(
     kernel: &Entry,
     language: Language,
@@ -44,7 +44,7 @@ pub(crate) fn agrees(
     }
 }
 
-/// The committed SPIR-V is what the GLSL gives now, byte for byte.
+/// Checks that the committed SPIR-V equals the result of the GLSL, byte for byte.
 pub(crate) fn fresh(name: &str, glsl: &str, spirv: &[u8]) -> Vec<String> {
     match compile::compile(name, glsl) {
         Ok(bytes) if bytes == spirv => Vec::new(),
@@ -53,7 +53,7 @@ pub(crate) fn fresh(name: &str, glsl: &str, spirv: &[u8]) -> Vec<String> {
     }
 }
 
-/// What `spirv-val` says.
+/// The messages of `spirv-val`.
 pub(crate) fn valid(spirv: &[u8]) -> Result<Vec<String>, String> {
     let cannot = |e: std::io::Error| match e.kind() {
         ErrorKind::NotFound => {
@@ -74,7 +74,7 @@ pub(crate) fn valid(spirv: &[u8]) -> Result<Vec<String>, String> {
     Ok(vec![format!("spirv-val: {}", String::from_utf8_lossy(&message).trim())])
 }
 
-/// The parameter block that the host fills in.
+/// The differences of the parameter block that the host fills in.
 fn rust(kernel: &Entry) -> Vec<String> {
     match reflect_rust::fields(kernel.name) {
         Some(fields) => compare("parameter", &fields, &parameters(kernel)),

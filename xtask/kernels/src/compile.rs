@@ -4,9 +4,9 @@ use glslang::{SourceLanguage, SpirvVersion, Target, VulkanVersion};
 use rspirv::binary::Assemble;
 use rspirv::dr::{Module, Operand, load_words};
 
-/// The SPIR-V 1.3 module of a compute shader, in little-endian bytes, for Vulkan 1.1. Its entry point `main` is
-/// renamed to `name`. It keeps the names of variables and members, which `--check` reads, and has no debug
-/// information beyond them, so that the same source gives the same bytes on every machine.
+/// The SPIR-V 1.3 module of a compute shader, in little-endian bytes, for Vulkan 1.1. Its entry point `main`
+/// is renamed to `name`. The module keeps the names of variables and members, which `--check` reads. It has
+/// no other debug information, so that the same source gives the same bytes on every machine.
 ///
 /// The error is glslang's message.
 pub(crate) fn compile(name: &str, glsl: &str) -> Result<Vec<u8>, String> {

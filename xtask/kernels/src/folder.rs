@@ -1,16 +1,17 @@
-//! The kernels' folders: which files are there, and what their READMEs say of the buffers.
+//! The kernels' folders: their files, and the tables of buffers in their READMEs.
 use crate::reflected::compare;
 use rhytid_kernels::table::{Access, Entry, Kernel};
 use std::fs;
 use std::path::Path;
 
-/// What belongs in a kernel's folder besides Rust.
+/// The files of a kernel's folder besides Rust.
 fn expected_files(name: &str) -> Vec<String> {
     let sources = ["cl", "comp", "spv", "wgsl"].map(|extension| format!("{name}.{extension}"));
     ["README.md".into()].into_iter().chain(sources).collect()
 }
 
-/// One sentence for each file that is missing, and for each that nobody reads; `root` holds a folder per kernel.
+/// One sentence for each missing file, and for each file that nothing reads. `root` holds a folder per
+/// kernel.
 pub(crate) fn files(root: &Path) -> Vec<String> {
     let mut all = Vec::new();
     for kernel in Kernel::ALL.map(Kernel::entry) {
@@ -45,8 +46,8 @@ fn unread(root: &Path, folder: &Path, all: &mut Vec<String>) {
     }
 }
 
-/// One sentence for each row of the README's table of buffers that is not the kernel's: names in order, in or out,
-/// tiled or not.
+/// One sentence for each row of the README's table of buffers that differs from the kernel. The row states
+/// the name in order, in or out, tiled or not.
 pub(crate) fn readme(kernel: &Entry, text: &str) -> Vec<String> {
     let expected = kernel.bindings.iter().map(|binding| {
         show(binding.buffer.name(), if binding.access == Access::Read { "in" } else { "out" }, binding.tiled)

@@ -1,8 +1,8 @@
-//! `cargo xtask kernels [--check]`: makes each kernel's SPIR-V from its GLSL, or checks that the kernels of all
-//! languages agree with the one table, [`rhytid_kernels::table`].
+//! `cargo xtask kernels [--check]`: makes each kernel's SPIR-V from its GLSL, or checks that the kernels of
+//! all languages agree with the one table, [`rhytid_kernels::table`].
 //!
-//! A package of its own, since it needs a C++ compiler (glslang) and the OpenCL loader, which `cargo xtask setup`
-//! has yet to install.
+//! It is a package of its own. It needs a C++ compiler (glslang) and the OpenCL loader, which `cargo xtask
+//! setup` installs first.
 #![forbid(unsafe_code)]
 
 mod check;
@@ -47,13 +47,13 @@ fn main() -> ExitCode {
     }
 }
 
-/// Compiles every kernel; returns a sentence for each that does not compile.
+/// Compiles every kernel. Returns a sentence for each that does not compile.
 fn write() -> Result<Vec<String>, String> {
     let mut errors = Vec::new();
     for kernel in Kernel::ALL.map(Kernel::entry) {
         let path = root().join(kernel.name).join(format!("{}.spv", kernel.name));
         match compile::compile(kernel.name, kernel.glsl) {
-            // Where nothing is new, nothing is built again.
+            // An unchanged file is not written, so that nothing is built again.
             Ok(bytes) if bytes == kernel.spirv => {}
             Ok(bytes) => {
                 std::fs::write(&path, &bytes).map_err(|e| format!("{}: {e}", path.display()))?;

@@ -3,18 +3,18 @@ use crate::reflected::{Buffer, Field, PUSH_CONSTANTS, Reflected, binding_slot};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{AddressSpace, ArraySize, Module, Scalar, StorageAccess, Type, TypeInner, VectorSize};
 
-/// Parses and validates WGSL, as of WebGPU without optional features. The error is naga's, with the place.
+/// Parses and validates WGSL as in WebGPU without optional features. The error is naga's, with the place.
 pub(crate) fn wgsl(source: &str) -> Result<Reflected, String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
     // `unpack2x16float` is a part of every WebGPU.
     Validator::new(ValidationFlags::all(), Capabilities::SHADER_FLOAT16_IN_FLOAT32)
         .validate(&module)
         .map_err(|e| e.emit_to_string(source))?;
-    // What WGSL lets a kernel write it lets it read.
+    // In WGSL a kernel may also read what it may write.
     Ok(reflect(&module, "write"))
 }
 
-/// Parses SPIR-V; whether it is valid, `spirv-val` says better.
+/// Parses SPIR-V. `spirv-val` checks its validity.
 pub(crate) fn spirv(bytes: &[u8]) -> Result<Reflected, String> {
     let module = naga::front::spv::parse_u8_slice(bytes, &naga::front::spv::Options::default())
         .map_err(|e| format!("naga cannot read it: {e}"))?;
@@ -41,7 +41,7 @@ fn reflect(module: &Module, load_and_store: &'static str) -> Reflected {
             }
             AddressSpace::Uniform => params.push((slot, fields(module, ty))),
             AddressSpace::Immediate => params.push((PUSH_CONSTANTS.into(), fields(module, ty))),
-            // Textures and samplers: no kernel has them, so any is a difference.
+            // Textures and samplers: no kernel has them, so each one is a difference.
             AddressSpace::Handle => {
                 let name = global.name.clone().unwrap_or_default();
                 buffers
@@ -59,8 +59,8 @@ fn reflect(module: &Module, load_and_store: &'static str) -> Reflected {
     }
 }
 
-/// The name and the elements of a buffer. GLSL cannot have an array alone: it is the one member of a block, and
-/// goes by the member's name.
+/// The name and the elements of a buffer. A GLSL array must be in a block. As the block's only member it
+/// gives the buffer its name.
 fn array(module: &Module, name: Option<&str>, ty: &Type) -> (String, String) {
     match &ty.inner {
         TypeInner::Struct { members, .. } if members.len() == 1 => {
@@ -89,7 +89,7 @@ fn fields(module: &Module, ty: &Type) -> Vec<Field> {
     members.iter().map(field).collect()
 }
 
-/// A scalar, or what consists of several.
+/// The name of a scalar, or of a type of several.
 fn element_name(inner: &TypeInner) -> String {
     match *inner {
         TypeInner::Vector { size: VectorSize::Bi, scalar: Scalar::U32 } => "vec2 of u32".into(),

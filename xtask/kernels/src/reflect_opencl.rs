@@ -1,5 +1,5 @@
-//! OpenCL C as a driver sees it. A compiler says everything but the fields of the parameter block, for which
-//! OpenCL has no question: those are read from the text.
+//! OpenCL C as a driver sees it. A compiler tells everything except the fields of the parameter block, which
+//! OpenCL cannot query. They are read from the text.
 use crate::reflected::{Buffer, Field, Reflected, argument_slot};
 use ocl::core::{
     Context, DeviceId, Kernel, KernelArgAddressQualifier, KernelArgInfo, KernelArgInfoResult,
@@ -9,7 +9,7 @@ use ocl::core::{
 use std::ffi::CString;
 use std::sync::{Mutex, PoisonError};
 
-/// A warning is an error; the names of arguments are kept only where they are asked for.
+/// A warning is an error. Drivers keep the names of arguments only on request.
 const BUILD_OPTIONS: &str = "-cl-std=CL1.2 -cl-kernel-arg-info -Werror";
 
 /// The OpenCL device that kernels are compiled for.
@@ -21,7 +21,7 @@ pub(crate) struct Compiler {
 impl Compiler {
     /// The first device of the first platform that has one.
     pub(crate) fn first() -> Result<Self, String> {
-        // The ICD loader is not ready for two threads that ask for the first time at once.
+        // The ICD loader fails if two threads ask for the first time at once.
         static FIRST: Mutex<()> = Mutex::new(());
         let _turn = FIRST.lock().unwrap_or_else(PoisonError::into_inner);
         let platforms = ocl::core::get_platform_ids().unwrap_or_default();
@@ -102,8 +102,8 @@ fn arguments(kernel: &Kernel, source: &str) -> Result<Arguments, String> {
     Ok((buffers, params))
 }
 
-/// The fields of `Params`, which must be written as plainly as can be, so that the text is all there is to know:
-/// `typedef struct {`, a line `    uint NAME;` each, `} Params;`.
+/// The fields of `Params`. They must be written in this plain form: `typedef struct {`, a line ` uint NAME;`
+/// each, `} Params;`.
 fn fields(source: &str) -> Result<Vec<Field>, String> {
     let mut parts = source.split("typedef struct {\n");
     let text = match (parts.next(), parts.next(), parts.next()) {

@@ -1,4 +1,4 @@
-//! The parameter blocks of the Rust twins, which the host fills in: their fields as they lie in memory.
+//! The parameter blocks of the Rust references, which the host fills in, with their fields in memory order.
 use crate::reflected::Field;
 use bytemuck::Pod;
 use rhytid_kernels::{
@@ -21,7 +21,8 @@ pub(crate) fn fields(kernel: &str) -> Option<Vec<Field>> {
     })
 }
 
-/// Fills the block with the offsets 0, 4, 8, … and has it shown: `Params { frames: 0, vertices: 4, … }`.
+/// Fills the block with the offsets 0, 4, 8, … and parses its debug text: `Params { frames: 0, vertices: 4, …
+/// }`.
 fn fields_of<P: Pod + Debug>() -> Vec<Field> {
     let offsets: Vec<u8> = (0..size_of::<P>() as u32).step_by(4).flat_map(u32::to_le_bytes).collect();
     let shown = format!("{:?}", bytemuck::pod_read_unaligned::<P>(&offsets));

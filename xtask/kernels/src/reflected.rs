@@ -1,4 +1,4 @@
-//! A kernel's account of itself, in words that all languages share, and how it differs from the table.
+//! A kernel's description in words that all languages share, and its differences from the table.
 use rhytid_kernels::table::{Access, Binding, Element, Entry, WORKGROUP_SIZE};
 use std::fmt::{self, Display, Formatter};
 
@@ -13,7 +13,7 @@ pub(crate) enum Language {
 impl Language {
     pub(crate) const ALL: [Self; 3] = [Self::Spirv, Self::Wgsl, Self::OpenCl];
 
-    /// How the language's files end.
+    /// The ending of the language's files.
     pub(crate) fn extension(self) -> &'static str {
         match self {
             Self::Spirv => "spv",
@@ -22,7 +22,7 @@ impl Language {
         }
     }
 
-    /// Where the table's buffer `index` is.
+    /// The place of the table's buffer `index`.
     fn slot(self, index: usize) -> String {
         match self {
             Self::Spirv | Self::Wgsl => binding_slot(0, index),
@@ -30,7 +30,7 @@ impl Language {
         }
     }
 
-    /// What an array is of. OpenCL has pointers to scalars, and reads several at once by casting them.
+    /// The type of an array's elements. OpenCL has pointers to scalars, and reads several at once by casts.
     fn element(self, element: Element) -> &'static str {
         match element {
             Element::F32 => "f32",
@@ -42,7 +42,7 @@ impl Language {
         }
     }
 
-    /// Where the parameter block is, after `buffers` buffers.
+    /// The place of the parameter block after `buffers` buffers.
     fn params_slot(self, buffers: usize) -> String {
         match self {
             Self::Spirv => PUSH_CONSTANTS.into(),
@@ -64,13 +64,13 @@ pub(crate) fn argument_slot(index: usize) -> String {
 /// A kernel as a compiler sees it.
 #[derive(Debug)]
 pub(crate) struct Reflected {
-    /// All that the source has.
+    /// All entry points of the source.
     pub entry_points: Vec<String>,
-    /// Of the first entry point.
+    /// The workgroup size of the first entry point.
     pub workgroup_size: [usize; 3],
-    /// In the order of their bindings.
+    /// The buffers in the order of their bindings.
     pub buffers: Vec<Buffer>,
-    /// Where each parameter block is, and its fields; one is expected.
+    /// The place of each parameter block and its fields. One block is expected.
     pub params: Vec<(String, Vec<Field>)>,
 }
 
@@ -79,7 +79,7 @@ pub(crate) struct Reflected {
 pub(crate) struct Buffer {
     pub slot: String,
     pub name: String,
-    /// `f32`, `u32`, or whatever else it was.
+    /// `f32`, `u32`, or the name of another type.
     pub element: String,
     /// `read`, `write` or `read and write`.
     pub access: &'static str,
@@ -105,7 +105,7 @@ impl Display for Field {
     }
 }
 
-/// One sentence for each thing that is not as the table has it.
+/// One sentence for each difference from the table.
 pub(crate) fn differences(kernel: &Entry, language: Language, found: &Reflected) -> Vec<String> {
     let buffer = |(index, binding): (usize, &Binding)| Buffer {
         slot: language.slot(index),
@@ -126,7 +126,7 @@ pub(crate) fn differences(kernel: &Entry, language: Language, found: &Reflected)
     .concat()
 }
 
-/// One sentence for each position at which `found` is not as `expected`.
+/// One sentence for each position at which `found` differs from `expected`.
 pub(crate) fn compare<F: Display, E: Display>(what: &str, found: &[F], expected: &[E]) -> Vec<String> {
     let shown = |item: Option<String>| item.unwrap_or("none".into());
     let at = |index| {

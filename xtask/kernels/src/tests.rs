@@ -7,7 +7,7 @@ use std::fs;
 
 const STRAIN: &Entry = Kernel::Strain.entry();
 
-/// `text` with `from` replaced by `to`; the plant must be there.
+/// `text` with `from` replaced by `to`. `from` must be there.
 fn plant(text: &str, from: &str, to: &str) -> String {
     assert!(text.contains(from), "“{from}” is not in the source");
     text.replace(from, to)
@@ -33,7 +33,7 @@ fn opencl(source: &str) -> Vec<String> {
     check::agrees(STRAIN, Language::OpenCl, compiler.reflect(source))
 }
 
-/// The sentences are as many as `expected`, and each has all of its words.
+/// Asserts that there are as many sentences as `expected`, and that each has all of its words.
 #[track_caller]
 fn assert_found(sentences: &[String], expected: &[&[&str]]) {
     assert_eq!(sentences.len(), expected.len(), "{sentences:#?}");
@@ -151,7 +151,7 @@ fn another_workgroup_size_is_found() {
     );
     assert_found(&glsl(&plant(STRAIN.glsl, "local_size_x = 64", "local_size_x = 128")), expected);
     assert_found(&opencl(&plant(STRAIN.opencl, "size(64, 1, 1)", "size(128, 1, 1)")), expected);
-    // Left to the driver to choose.
+    // The driver would choose.
     let planted = plant(STRAIN.opencl, "__attribute__((reqd_work_group_size(64, 1, 1)))", "");
     assert_found(&opencl(&planted), &[&["found 0, expected 64"], &["found 0"], &["found 0"]]);
 }

@@ -12,33 +12,33 @@ use wasm_bindgen_cli_support::Bindgen;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 
-/// The root manifest's profile for pages, and the folder that cargo puts its programs in.
+/// The root manifest's profile for pages. Cargo's folder for the programs has the same name.
 const PROFILE: &str = "web";
 
 /// What `crates/web` is called in the folder: `rhytid_web.js` and `rhytid_web_bg.wasm`.
 const NAME: &str = "rhytid_web";
 
-/// About how many vertices the rig has that is put beside the pages: as few as show folds.
+/// About how many vertices the demo rig beside the pages has. Fewer would not show folds.
 const DEMO_VERTICES: usize = 4_000;
 
-/// What is put beside the pages, as gzip.
+/// The demo's files beside the pages, as gzip.
 const DATA: [&str; 2] = ["demo.csv.gz", "demo.safetensors.gz"];
 
-/// How large a file of the folder is.
+/// The size of a file of the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Size {
     /// Its name.
     pub name: String,
     /// Its length.
     pub bytes: u64,
-    /// Whether it is data, and no part of the program or the pages.
+    /// Whether it is data, rather than a part of the program or the pages.
     pub is_data: bool,
 }
 
 /// Builds the pages into `folder`, which is made if it is not there. Returns the files, by name.
 ///
 /// # Errors
-/// What cargo, wasm-bindgen or the disk refuses.
+/// The errors of cargo, wasm-bindgen or the disk.
 pub fn build(folder: &Path) -> Result<Vec<Size>> {
     fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
     finish(&compile()?, folder)?;
@@ -67,7 +67,8 @@ fn compile() -> Result<PathBuf> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.args(["build", "--package", "rhytid-web", "--lib", "--target", TARGET, "--profile", PROFILE]);
-    // Flags for this machine's processor are none for a browser's. Every browser that has WebGPU has vectors of 128 bits.
+    // Flags for this machine's processor do not apply to a browser's. Every browser with WebGPU has vectors
+    // of 128 bits.
     command
         .arg("--target-dir")
         .arg(&target)
@@ -82,7 +83,7 @@ fn compile() -> Result<PathBuf> {
     Ok(target.join(TARGET).join(PROFILE).join(format!("{NAME}.wasm")))
 }
 
-/// Has wasm-bindgen make of a program what a page can load.
+/// Lets wasm-bindgen convert a program to files that a page can load.
 fn finish(program: &Path, folder: &Path) -> Result {
     let mut bindgen = Bindgen::new();
     let web = bindgen.input_path(program).web(true);
@@ -97,7 +98,7 @@ fn finish(program: &Path, folder: &Path) -> Result {
     finished.map_err(|e| format!("wasm-bindgen refuses {}: {e:#}", program.display()))
 }
 
-/// Solves the demo face, whose rig the pages evaluate, and has it perform.
+/// Solves the demo face, whose rig the pages evaluate, and writes its performance.
 fn demo(folder: &Path) -> Result {
     let face = rhytid_demo::face(DEMO_VERTICES);
     let failed = |e: rhytid_core::Error| format!("the demo: {e}");

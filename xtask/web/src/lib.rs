@@ -1,7 +1,7 @@
-//! The browser's pages: `crates/web` compiled and finished by wasm-bindgen, with its pages and a rig, as a folder that any static host
-//! serves; and a small host of our own.
+//! The browser's pages: `crates/web`, compiled and finished by wasm-bindgen. The folder with its pages and a
+//! rig can be served by any static host. A small host of our own is included.
 //!
-//! A package of its own, since what finishes WebAssembly would lengthen the build of every other chore.
+//! It is a package of its own, since wasm-bindgen would lengthen the build of every other chore.
 #![forbid(unsafe_code)]
 
 mod build;

@@ -1,4 +1,4 @@
-//! `cargo xtask web`: builds the browser's pages, says how large they are, and serves them if asked to.
+//! `cargo xtask web`: builds the browser's pages, prints their sizes, and serves them on request.
 #![forbid(unsafe_code)]
 
 use clap::Parser;
@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use xtask_web::{Result, Server, Size, build};
 
-/// As `xtask/src/web.rs` has it, which hands it on.
+/// The same options as in `xtask/src/web.rs`, which passes them on.
 #[derive(Parser)]
 struct Web {
     #[arg(long)]

@@ -1,4 +1,4 @@
-//! A host for a folder of files, for trying the pages on this machine. What is published wants a real one.
+//! A host for a folder of files, to try the pages on this machine. Published pages need a real one.
 use crate::Result;
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -19,17 +19,17 @@ pub struct Server {
 }
 
 impl Server {
-    /// Listens at `address`, of which port 0 is any that is free.
+    /// Listens at `address`. Port 0 means any free port.
     ///
     /// # Errors
-    /// If the address is taken or none of this machine's.
+    /// If the address is taken or does not belong to this machine.
     pub fn new(address: SocketAddr, folder: &Path) -> Result<Self> {
         let listener = TcpListener::bind(address)
             .map_err(|e| format!("nothing can be served at {address}: {e}; name another address"))?;
         Ok(Self { listener, folder: folder.to_owned() })
     }
 
-    /// Where it listens.
+    /// The address at which it listens.
     ///
     /// # Errors
     /// If the system does not tell.
@@ -41,19 +41,19 @@ impl Server {
     pub fn run(&self) {
         for stream in self.listener.incoming().filter_map(std::result::Result::ok) {
             let folder = self.folder.clone();
-            // A browser that goes away meanwhile is no concern of ours.
+            // A browser that goes away meanwhile is no error.
             std::thread::spawn(move || answer(stream, &folder).ok());
         }
     }
 }
 
-/// Answers one request and closes, so that a browser's connections in reserve hold nobody up.
+/// Answers one request and closes, so that a browser's idle connections block nobody.
 fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
     stream.set_read_timeout(Some(PATIENCE))?;
     stream.set_write_timeout(Some(PATIENCE))?;
     let mut lines = BufReader::new((&stream).take(LONGEST_REQUEST)).lines();
     let first = lines.next().transpose()?.unwrap_or_default();
-    // What else it says is read, since some systems take back an answer where something is left.
+    // The other headers are read, since some systems drop an answer if input is left.
     for line in lines {
         if line?.is_empty() {
             break;
@@ -86,7 +86,7 @@ fn respond(request: &str, folder: &Path) -> (&'static str, &'static str, Vec<u8>
         Some(name) => name,
         None => "",
     };
-    // The folder is flat: a name without a slash leads nowhere else.
+    // The folder is flat: a name without a slash stays within it.
     let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '.' | '-' | '_');
     let found = if name.starts_with('.') || !name.chars().all(is_plain) {
         None
@@ -99,7 +99,7 @@ fn respond(request: &str, folder: &Path) -> (&'static str, &'static str, Vec<u8>
     }
 }
 
-/// Browsers compile WebAssembly while it arrives, and run modules at all, only if they are said to be that.
+/// Browsers run modules, and compile WebAssembly while it arrives, only with the right media type.
 fn media_type(name: &str) -> &'static str {
     match name.rsplit_once('.').map_or("", |(_, extension)| extension) {
         "html" => "text/html; charset=utf-8",

@@ -12,25 +12,25 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// What is done to the dispatches of a batch.
+/// A change of a batch's dispatches.
 type Change = dyn Fn(&mut Vec<Dispatch>) + Send + Sync;
 
-/// What is wrong.
+/// The fault.
 #[derive(Clone)]
 pub(super) enum Fault {
-    /// Other things are run.
+    /// Other dispatches are run.
     Run(Arc<Change>),
     /// Other numbers are read.
     Read(fn(&mut ToySession, Stage, &mut Vec<f32>)),
-    /// Each batch gives the results of the one before, where it has as many frames.
+    /// Each batch gives the results of the one before, if that one has as many frames.
     Late,
     /// Only the first batch is computed.
     OnlyFirst,
     /// Each third batch is not computed.
     EveryThird,
-    /// A stage is what it was in the batch before.
+    /// A stage keeps its result of the batch before.
     StaleStage(Stage),
-    /// Every number of a stage is off from what it should be by this part of what is allowed.
+    /// Every number of a stage differs from its right value by this part of its bound.
     Off(Stage, f64),
 }
 
@@ -119,7 +119,7 @@ impl FaultySession {
 impl Session for FaultySession {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
         self.batches += 1;
-        // Kernels that are given the wrong buffers read past their ends.
+        // Kernels with the wrong buffers read beyond their ends.
         let computed = catch_unwind(AssertUnwindSafe(|| self.compute(frames)));
         self.before = std::mem::replace(&mut self.positions, frames.positions.to_vec());
         computed.map_err(|_| Error::Device {

@@ -1,4 +1,4 @@
-//! Broken backends must fail, in the stage that is broken; and so must a suite that has gone blind.
+//! Broken backends must fail in the stage that is broken. A suite that is blind must fail too.
 
 mod faulty;
 
@@ -7,7 +7,7 @@ use faulty::{Fault, Faulty};
 use rhytid_conformance::Expected;
 use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::{
-    Case, Outcome, Suite, Verdict, cases, run_canaries, run_canaries_against, run_case, run_case_against,
+    Case, Outcome, Suite, Verdict, cases, run_case, run_case_against, run_mutants, run_mutants_against,
     stage_name,
 };
 use rhytid_core::plan::{Dispatch, PlanLimits};
@@ -30,7 +30,7 @@ fn batch() -> Case {
     quick("learned-v129-h89-f243-p6-k16-b31-of-32")
 }
 
-/// The same of the chapter's method, whose detail is of strain lengths.
+/// The same for the chapter's method, whose detail depends on strain lengths.
 fn chapter_batch() -> Case {
     quick("v129-h89-f243-p6-k16-b31-of-32")
 }
@@ -39,7 +39,7 @@ fn failed(outcomes: &[Outcome]) -> Vec<&'static str> {
     outcomes.iter().filter(|o| o.verdict == Verdict::Fail).filter_map(|o| o.stage).collect()
 }
 
-/// The stages that fail in the first quick case that notices anything.
+/// The stages that fail in the first quick case that notices the fault.
 fn noticed(fault: &Fault) -> Option<(String, Vec<&'static str>)> {
     let device = device(fault.clone());
     cases(Suite::Quick).iter().find_map(|case| {
@@ -70,7 +70,7 @@ fn the_backend_without_a_fault_passes() {
     assert_eq!(noticed(&Fault::Read(|_, _, _| ())), None);
 }
 
-/// What runs for any of the batches.
+/// The steps that run for any of the batches.
 fn steps() -> Vec<Step> {
     let mut steps = Vec::new();
     for case in [batch(), chapter_batch()] {
@@ -130,14 +130,14 @@ fn handles_that_do_not_turn_or_turn_about_another_vertex_fail() {
     for what in ["rotating", "center"] {
         let at = Kernel::LargeScale.entry().params.iter().position(|param| *param == what).unwrap();
         let step = (Stage::LargeScale, Kernel::LargeScale);
-        // To 0 from 1, or to the next of 201 vertices.
+        // `rotating` becomes 0 instead of 1. The centre becomes the next of 201 vertices.
         let fault = move |x: &mut u32| *x = if what == "rotating" { 0 } else { (*x + 1) % 201 };
         let device = device(of_step(step, move |d| fault(&mut d.params[at])));
         for case in ["turning", "turning-learned-f16"] {
             let outcomes = run_case(&device, &quick(case));
             assert_eq!(failed(&outcomes).first(), Some(&"large_scale"), "{what} of {case}");
         }
-        // It is nothing to handles that do not turn.
+        // Handles that do not turn are not affected.
         assert_eq!(failed(&run_case(&device, &batch())), [""; 0], "{what}");
     }
 }
@@ -167,7 +167,7 @@ fn stale_results_fail() {
 
 #[test]
 fn normals_of_the_wrong_stage_fail() {
-    // Read from the wrong buffer, in both ways, or computed from the wrong positions.
+    // Read from the wrong buffer of the two, or computed from the wrong positions.
     let swapped: fn(Stage) -> Fault = |of| match of {
         Stage::Normals => Fault::Read(|session, stage, out| {
             if stage == Stage::Normals {
@@ -252,7 +252,7 @@ fn doubled(found: &Found, stage: Stage) -> Vec<Expected> {
 fn what_passes_only_with_a_doubled_tolerance_fails() {
     for case in [batch(), quick("learned-f16"), quick("f16"), quick("large-units"), quick("small-units")] {
         for stage in Stage::ALL {
-            // Every number of the stage is off by a part of its own bound, whatever that is.
+            // Every number of the stage is off by a part of its own bound.
             let inside = run_case(&device(Fault::Off(stage, 0.4)), &case);
             assert_eq!(inside[stage as usize].verdict, Verdict::Pass, "{}", inside[stage as usize].reason);
             let outside = device(Fault::Off(stage, 1.6));
@@ -267,7 +267,7 @@ fn what_passes_only_with_a_doubled_tolerance_fails() {
     }
 }
 
-/// A suite that has gone blind: the device is its own reference.
+/// A blind suite: the device is its own reference.
 fn itself(found: &Found, stage: Stage) -> Vec<Expected> {
     let values = found.stage(stage).iter().map(|&x| f64::from(x));
     reference(found, stage).into_iter().zip(values).map(|(e, value)| Expected { value, ..e }).collect()
@@ -285,11 +285,11 @@ fn a_device_compared_with_itself_is_noticed() {
 
     let sound = Device::new(Toy::devices().unwrap().remove(0), Toy { limits: NO_LIMITS });
     let verdicts = |outcomes: Vec<Outcome>| outcomes.iter().map(|o| o.verdict).collect::<Vec<_>>();
-    assert_eq!(verdicts(run_canaries(&sound)), [Verdict::Pass; 6]);
-    assert_eq!(verdicts(run_canaries_against(&sound, itself)), [Verdict::Fail; 6]);
-    // Bounds that let anything through are as blind.
+    assert_eq!(verdicts(run_mutants(&sound)), [Verdict::Pass; 6]);
+    assert_eq!(verdicts(run_mutants_against(&sound, itself)), [Verdict::Fail; 6]);
+    // Bounds that allow everything are blind too.
     let anything = |found: &Found, stage| {
         reference(found, stage).into_iter().map(|e| Expected { bound: f64::INFINITY, ..e }).collect()
     };
-    assert_eq!(verdicts(run_canaries_against(&sound, anything)), [Verdict::Fail; 6]);
+    assert_eq!(verdicts(run_mutants_against(&sound, anything)), [Verdict::Fail; 6]);
 }

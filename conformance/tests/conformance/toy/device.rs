@@ -2,10 +2,10 @@ use super::ToySession;
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, DeviceInfo, DeviceKind, Error, Result, Rig, UploadOptions};
 
-/// An opened device: here nothing but what it can do at once.
+/// An opened device, which is only its limits here.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Toy {
-    /// As small as one likes: the plan splits what is larger.
+    /// Any limits, however small: the plan splits larger work.
     pub limits: PlanLimits,
 }
 
@@ -17,7 +17,7 @@ impl Backend for Toy {
         Ok(vec![DeviceInfo {
             backend: Self::NAME,
             index: 0,
-            name: "twins".into(),
+            name: "references".into(),
             driver: "rhytid".into(),
             kind: DeviceKind::Cpu,
             memory_bytes: None,

@@ -1,4 +1,4 @@
-//! Runs a dispatch with the f32 twins. A backend for a GPU has the kernels' sources instead of this file.
+//! Runs a dispatch with the f32 references. A backend for a GPU has the kernels' sources instead.
 use half::f16;
 use rhytid_core::plan::Dispatch;
 use rhytid_kernels::table::{Access, Kernel, WORKGROUP_SIZE};
@@ -8,7 +8,7 @@ use rhytid_kernels::{
 };
 use std::ops::Range;
 
-/// Runs one dispatch: buffers are bound in the order of the kernel's table, the last are those that it writes.
+/// Runs one dispatch. Buffers are bound in the order of the kernel's table; the kernel writes the last ones.
 pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
     let [x, y] = dispatch.workgroups;
     let invocations = x * WORKGROUP_SIZE * dispatch.kernel.entry().at_once;
@@ -45,7 +45,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     fp16.into_iter().map(|bits| f16::from_bits(bits).to_f32()).collect()
                 }
             };
-            // The vectors of a frame in which the handles turn are summed as four frames are.
+            // The vectors of a frame in which the handles turn are summed like four frames.
             params.frames = params.frames.min(frames / params.vectors() as u32);
             params.part_vertices = params.part_vertices.min(invocations);
             let positions = results.as_chunks_mut().0;
@@ -98,7 +98,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             let details: &mut [f32] = bytemuck::cast_slice_mut(&mut others[0]);
             let details = details.as_chunks_mut::<3>().0;
             for i in 0..params.part_vertices.min(invocations) as usize {
-                // The twin has each vertex's influences and anchors: here those of its tile.
+                // The reference uses each vertex's influences and anchors. Here they are those of its tile.
                 let at = |list: usize| offsets[i / TILE * 2 + list] as usize;
                 let (edges, anchors) = (at(0)..at(1), at(1)..at(2));
                 let of_vertex = |rows: &Range<usize>| -> Vec<f32> {
@@ -109,7 +109,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     influence_edges: &words(2)[edges.clone()],
                     influence_weights: &of_vertex(&edges),
                     anchors_per_vertex: anchors.len(),
-                    // They are counted from F already.
+                    // Their indices already start at F.
                     anchors: &words(2)[anchors.clone()],
                     anchor_weights: &of_vertex(&anchors),
                     example_weights: &c[i * p..][..p],
@@ -162,7 +162,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
             params.frames = params.frames.min(frames);
             let local_detail = results.as_chunks_mut().0;
             for i in 0..params.part_vertices.min(invocations) as usize {
-                // The twin has each vertex's influences: here those of its tile.
+                // The reference uses each vertex's influences. Here they are those of its tile.
                 let at = offsets[i / TILE * 2] as usize..offsets[i / TILE * 2 + 1] as usize;
                 let buffers = detail::Buffers {
                     influences: at.len(),
@@ -196,7 +196,7 @@ fn parameters<T: bytemuck::AnyBitPattern>(dispatch: &Dispatch) -> T {
     bytemuck::pod_read_unaligned(bytemuck::cast_slice(&dispatch.params))
 }
 
-/// From `[⌈V/16⌉][n][16]` to n numbers for each vertex, as the twins have them.
+/// From `[⌈V/16⌉][n][16]` to n numbers for each vertex, as the references use them.
 fn untiled<T: Copy>(tiled: &[T], n: usize, vertices: usize) -> Vec<T> {
     let at = |v: usize, i: usize| tiled[(v / TILE * n + i) * TILE + v % TILE];
     (0..vertices).flat_map(|v| (0..n).map(move |i| at(v, i))).collect()

@@ -1,5 +1,5 @@
-//! A whole backend in a few lines: what `docs/adding-a-backend.md` builds. Its buffers are arrays of words, and its
-//! kernels are the f32 twins.
+//! A whole backend in a few lines, as `docs/adding-a-backend.md` builds it. Its buffers are arrays of words,
+//! and its kernels are the f32 references.
 mod device;
 mod kernels;
 mod session;

@@ -5,7 +5,7 @@ use rhytid_core::plan::{Plan, PlanLimits};
 use rhytid_core::{Animator, Backend, BasisStorage, DeviceInfo, DeviceKind, Stage, UploadOptions};
 use std::time::Instant;
 
-/// V, H, F, P, K, around the workgroup's 64; without edges, without examples, one of each.
+/// V, H, F, P, K. V is around the workgroup's 64. Some have no edges, no examples, or one of each.
 const SIZES: [[usize; 5]; 7] = [
     [1, 1, 0, 0, 0],
     [2, 2, 1, 1, 1],
@@ -18,7 +18,8 @@ const SIZES: [[usize; 5]; 7] = [
 
 const F16: UploadOptions = UploadOptions { max_frames: 31, basis: BasisStorage::F16 };
 
-/// Every device as what it is, and as what it is not: the kernels for processors are right on GPUs, and the other way round.
+/// Every device, both as a processor and as a GPU. Kernels for processors must be right on GPUs, and the
+/// reverse.
 fn as_both_classes() -> Vec<DeviceInfo> {
     let as_kind = |kind| devices().into_iter().map(move |info| DeviceInfo { kind, ..info });
     [DeviceKind::Cpu, DeviceKind::DiscreteGpu].into_iter().flat_map(as_kind).collect()
@@ -75,7 +76,7 @@ fn parts_and_slices_agree_with_the_cpu() {
     }
 }
 
-/// A kernel's buffers are `restrict`.
+/// A kernel's buffers are `restrict`, so no buffer may be bound twice.
 #[test]
 fn no_buffer_is_bound_twice_at_once() {
     let limits = PlanLimits { max_binding_bytes: 11_000, max_workgroups: u32::MAX };
@@ -123,7 +124,7 @@ fn the_last_batch_counts_and_the_caller_keeps_its_memory() {
         };
         let mut cpu = on_cpu(&rig, UploadOptions::frames(8));
         for round in 0..10 {
-            // Several in flight, whose memory is gone when the device comes to it.
+            // Several batches are in flight. The caller's memory is gone before the device reads it.
             for seed in 0..5 {
                 session.evaluate(&frames(&rig, 8 - seed, 10 * round + seed as u64)).unwrap();
             }

@@ -52,13 +52,13 @@ fn a_rig_too_large_is_out_of_memory_or_unsupported() {
     }
 }
 
-/// The driver refuses buffers above its limit: its word reaches the error.
+/// The driver refuses buffers above its limit. The error has the driver's status.
 #[test]
 fn the_drivers_refusal_names_the_buffer() {
     for info in devices() {
         let device = OpenCl::open(&info).unwrap();
         let refused = crate::cl::Buffer::with_bytes(&device.context, 0, usize::MAX / 2)
-            .map_err(crate::status::Status::of(&device.name, "making the buffer basis"));
+            .map_err(crate::status::Status::error(&device.name, "making the buffer basis"));
         let (_, message) = kind_and_message(refused);
         assert!(message.contains("making the buffer basis failed with CL_"), "{message}");
     }
@@ -74,7 +74,7 @@ fn without_a_platform_there_are_no_devices() {
         assert!(start.elapsed().as_secs() < 2, "it waits for a platform");
         return;
     }
-    // Both loaders look for drivers here: Khronos', then Debian's.
+    // The two loaders, Khronos' and Debian's, search for drivers in these places.
     let nowhere = [("OCL_ICD_FILENAMES", ""), ("OCL_ICD_VENDORS", "/nowhere/")];
     let output = output_of_success(&run_child(TEST, &[], &nowhere));
     if output.contains("found 0 devices") {
@@ -83,7 +83,7 @@ fn without_a_platform_there_are_no_devices() {
     rhytid_test_support::skip("the loader finds drivers in spite of OCL_ICD_VENDORS");
 }
 
-/// The loader's names are taken by files that are no libraries: a system without the loader, for the child.
+/// Files that are no libraries have the loader's names. For the child, this is a system without the loader.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_a_loader_there_are_no_devices() {
@@ -108,7 +108,7 @@ fn what_is_told_of_a_device_is_plausible() {
         assert_eq!((info.backend, info.index, info.id()), ("opencl", index, format!("opencl:{index}")));
         assert!(!info.name.is_empty() && info.driver.contains(", "), "{info:?}");
         let (memory, largest) = (info.memory_bytes.unwrap(), info.max_binding_bytes.unwrap());
-        // The least that a full profile has.
+        // This is the minimum of a full profile.
         assert!(largest >= 128 << 20 && largest <= memory, "{info:?}");
         println!("{info:?}");
         let device = OpenCl::open(&info).unwrap();

@@ -1,11 +1,11 @@
-//! Memory of the process, which uploads leave as it was.
+//! Uploads leave the memory of the process unchanged.
 use super::support::{devices, frames, is_child_for, output_of_success, rig, run_child};
 use crate::OpenCl;
 use rhytid_core::{Animator, Backend, Stage, UploadOptions};
 
 const TEST: &str = "tests::memory::uploads_and_drops_keep_memory_flat";
 
-/// In a process of its own, whose memory no other test changes.
+/// The test runs in a process of its own, whose memory no other test changes.
 #[test]
 fn uploads_and_drops_keep_memory_flat() {
     if !cfg!(target_os = "linux") {
@@ -25,7 +25,7 @@ fn uploads_and_drops_keep_memory_flat() {
             for i in 0..count {
                 let mut session = Animator::new(&device, &rig, UploadOptions::frames(4)).unwrap();
                 session.evaluate(&positions).unwrap();
-                // One that is never waited for, too.
+                // Some batches are never waited for.
                 if i % 2 == 0 {
                     session.read(Stage::Normals, &mut result).unwrap();
                     session.stage_times().unwrap();

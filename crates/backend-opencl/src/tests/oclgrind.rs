@@ -1,6 +1,6 @@
-//! Oclgrind runs the kernels instruction by instruction and reports data races, accesses outside of buffers, numbers
-//! that were never written and misused functions of the API. A planted fault of each kind shows that
-//! it would.
+//! Oclgrind runs the kernels instruction by instruction. It reports data races, accesses outside of buffers,
+//! numbers that were never written, and misuse of the API. A planted fault of each kind shows that the
+//! reports work.
 use super::support::{
     assert_agreement, devices, frames, is_child_for, on_cpu, output_of_success, rig, run_child,
 };
@@ -11,26 +11,26 @@ use std::process::Command;
 
 const CASE: &str = "tests::oclgrind::small_case";
 
-/// What is wrong with the kernels of a child.
+/// The fault that is planted in the kernels of a child.
 const PLANT: &str = "RHYTID_PLANTED_FAULT";
 
-/// Which of [`SIZES`] a child evaluates.
+/// The index in [`SIZES`] that a child evaluates.
 const SIZE: &str = "RHYTID_SIZE";
 
-/// Races, API and accesses on the kernels as they are built.
+/// Checks of races, the API and accesses, on the kernels as they are built.
 const RACES: [&str; 3] = ["oclgrind", "--data-races", "--check-api"];
 
-/// Numbers that were never written. Oclgrind 21.10 crashes in this check on what the optimiser makes of the kernels.
+/// The check for numbers that were never written. Oclgrind 21.10 crashes in this check on optimised kernels.
 const UNINITIALIZED: [&str; 4] = ["oclgrind", "--uninitialized", "--build-options", "-cl-opt-disable"];
 
-/// V, H, F, P, K: around the workgroup's 64.
+/// V, H, F, P, K. V is around the workgroup's 64.
 const SIZES: [[usize; 5]; 4] = [[1, 1, 0, 0, 0], [64, 3, 4, 1, 2], [65, 4, 65, 2, 3], [130, 3, 17, 2, 16]];
 
-/// The kernel, or what the child's planted fault makes of it.
+/// The source of the kernel, with the child's planted fault if there is one.
 fn source(kernel: Kernel) -> String {
     let source = kernel.entry().opencl;
     let (of, from, to) = match std::env::var(PLANT).as_deref() {
-        // Tiles write to one place.
+        // Several tiles write to one place.
         Ok("race") => (Kernel::Normals, "v + lane, vertex_normals)", "first + lane, vertex_normals)"),
         // The last frame is written behind the end.
         Ok("overrun") => (Kernel::Strain, "features[frame *", "features[(frame + 1) *"),
@@ -45,8 +45,8 @@ fn source(kernel: Kernel) -> String {
     source.replace(from, to)
 }
 
-/// What runs in the children: one rig each. After a rig of another size in the same process, Oclgrind 21.10 takes numbers
-/// for unwritten that it does not when that rig is alone.
+/// The work of the children, each with one rig. After a rig of another size in the same process, Oclgrind
+/// 21.10 reports unwritten numbers that it does not report for that rig alone.
 #[test]
 fn small_case() {
     if !is_child_for(CASE) {
@@ -78,7 +78,7 @@ fn small_case() {
     println!("evaluated {sizes:?}");
 }
 
-/// What Oclgrind reports of a child; `None` where it is not installed.
+/// Oclgrind's report on a child. `None` where Oclgrind is not installed.
 fn report(launcher: &[&str], size: usize, fault: &str) -> Option<String> {
     if Command::new("oclgrind").arg("--version").output().is_err() {
         rhytid_test_support::skip("oclgrind is not installed, which looks for data races");
@@ -90,10 +90,10 @@ fn report(launcher: &[&str], size: usize, fault: &str) -> Option<String> {
         environment.push((PLANT, fault));
     }
     let output = run_child(CASE, launcher, &environment);
-    // Its exit code is the child's, whatever it found.
+    // Oclgrind's exit code is always that of the child, even if it reports faults.
     let all = output_of_success(&output);
     assert!(all.contains(&format!("evaluated {:?}", SIZES[size])), "{all}");
-    // Thousands of reports say no more than the first ones.
+    // The first of thousands of reports are enough.
     Some(String::from_utf8_lossy(&output.stderr).trim().chars().take(2000).collect())
 }
 

@@ -1,4 +1,4 @@
-//! Made-up rigs, a comparison, and tests that run in a process of their own.
+//! Random rigs, a comparison, and tests that run in a process of their own.
 use crate::OpenCl;
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{
@@ -8,10 +8,10 @@ use rhytid_core::{
 use rhytid_test_support::skip;
 use std::process::{Command, Output};
 
-/// The test that a child process is started for.
+/// The variable with the test for which a child process is started.
 const CHILD: &str = "RHYTID_CHILD_TEST";
 
-/// Every device here.
+/// Every device of this machine.
 pub(crate) fn devices() -> Vec<DeviceInfo> {
     let devices = OpenCl::devices().unwrap();
     if devices.is_empty() {
@@ -20,7 +20,7 @@ pub(crate) fn devices() -> Vec<DeviceInfo> {
     devices
 }
 
-/// Numbers that look random, the same everywhere.
+/// Pseudo-random numbers, the same everywhere.
 pub(crate) struct Numbers(pub u64);
 
 impl Numbers {
@@ -129,12 +129,13 @@ pub(crate) fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
     positions
 }
 
-/// The rig on the CPU backend, which gives the same bits as the kernels' twins.
+/// The rig on the CPU backend, which gives the same bits as the kernels' references.
 pub(crate) fn on_cpu(rig: &Rig, options: UploadOptions) -> Animator<impl Session> {
     Animator::new(&Cpu, rig, options).unwrap()
 }
 
-/// Whether a device's last batch is the CPU's last batch: every stage, to 2⁻¹⁵ of the largest number in it.
+/// Asserts that every stage of a device's last batch agrees with the CPU's, to 2⁻¹⁵ of the largest number in
+/// it.
 pub(crate) fn assert_agreement<A: Session, B: Session>(
     device: &mut Animator<A>,
     cpu: &mut Animator<B>,
@@ -156,7 +157,8 @@ pub(crate) fn assert_agreement<A: Session, B: Session>(
     }
 }
 
-/// Whether this process was started for the test of this name: tests that need one do nothing otherwise.
+/// Whether this process was started for the test of this name. In any other process, tests that need one do
+/// nothing.
 pub(crate) fn is_child_for(test: &str) -> bool {
     std::env::var(CHILD).as_deref() == Ok(test)
 }
@@ -176,10 +178,10 @@ pub(crate) fn run_child(test: &str, launcher: &[&str], environment: &[(&str, &st
     command.envs(environment.iter().copied()).output().unwrap()
 }
 
-/// What the child wrote, if it ran its one test to the end.
+/// The child's output. Asserts that it ran its one test to the end.
 pub(crate) fn output_of_success(output: &Output) -> String {
     let [written, errors] = [&output.stdout, &output.stderr].map(|bytes| String::from_utf8_lossy(bytes));
-    // Enough to see what happened.
+    // This is enough to see the reason.
     let errors: String = errors.chars().take(5000).collect();
     assert!(output.status.success(), "{}\n{written}\n{errors}", output.status);
     assert!(written.contains("test result: ok. 1 passed"), "{written}\n{errors}");

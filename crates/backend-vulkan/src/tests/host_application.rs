@@ -1,4 +1,4 @@
-//! A renderer in small: it has its own device, waits for the results with a semaphore, and copies them itself.
+//! A small renderer. It has its own device, waits for the results with a semaphore, and copies them itself.
 use super::support::{SMALL, assert_close, devices, on_cpu, read, rig, take, validated};
 use crate::instance::Instance;
 use crate::physical::{Physical, physical_devices};
@@ -8,16 +8,16 @@ use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Backend, DeviceErrorKind, Error, HandleFrames, Stage, UploadOptions};
 use std::sync::{Arc, Mutex};
 
-/// What the renderer made for itself.
+/// The objects of the renderer.
 struct Renderer {
     device: ash::Device,
     queue: Arc<Mutex<vk::Queue>>,
     pool: vk::CommandPool,
     memory: vk::DeviceMemory,
     buffer: vk::Buffer,
-    /// Rhytid's results are there.
+    /// Signalled when Rhytid's results are complete.
     evaluated: vk::Semaphore,
-    /// The renderer is done with them.
+    /// Signalled when the renderer is done with them.
     copied: vk::Semaphore,
 }
 
@@ -68,7 +68,8 @@ impl Renderer {
         }
     }
 
-    /// Submits a copy of the session's positions to `at`, after `evaluated` and before `copied`; does not wait.
+    /// Submits a copy of the session's positions to `at`, after `evaluated` and before `copied`. Does not
+    /// wait.
     fn copy_positions(&self, session: &VulkanSession, frame_bytes: u64, at: u64) {
         let allocate =
             vk::CommandBufferAllocateInfo::default().command_pool(self.pool).command_buffer_count(1);
@@ -141,7 +142,7 @@ fn a_renderer_takes_the_results_without_the_host() {
         // SAFETY: the renderer outlives it, and locks the queue.
         let vulkan = unsafe { Vulkan::from_device(renderer.lend(&instance, physical)) }.unwrap();
         assert_eq!(*vulkan.info(), info);
-        // One frame in a slice.
+        // With this limit, a slice has one frame.
         let limits = PlanLimits { max_binding_bytes: 8448, ..vulkan.context.limits };
         let mut session = vulkan.upload_within(&rig, options, limits).unwrap();
         drop(vulkan);
@@ -161,7 +162,7 @@ fn a_renderer_takes_the_results_without_the_host() {
         assert_close(&[second.to_vec()], &[expected(&batches[1])]);
         assert_eq!(second, read(&mut session, Stage::Positions));
         drop(session);
-        // The device is the renderer's still, and nothing of Rhytid's is left on it when it is destroyed.
+        // The device still belongs to the renderer. When it is destroyed, no object of Rhytid is left on it.
         drop(renderer);
         drop(instance);
         assert_eq!(messages.all(), [""; 0]);
@@ -176,7 +177,7 @@ fn a_device_of_another_instance_is_refused() {
         let renderer = Renderer::new(&instance, physical, 16);
         let mut host = renderer.lend(&instance, physical);
         host.physical_device = vk::PhysicalDevice::null();
-        // SAFETY: a device that is not the instance's is found out before it is used.
+        // SAFETY: a device that does not belong to the instance is detected before it is used.
         let Err(refused) = (unsafe { Vulkan::from_device(host) }) else { panic!("it was accepted") };
         assert!(matches!(&refused, Error::Device { kind: DeviceErrorKind::NotFound, device, .. }
             if device == Vulkan::NAME));

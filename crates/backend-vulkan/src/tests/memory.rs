@@ -1,4 +1,4 @@
-//! Many sessions, several threads, and more than fits.
+//! Many sessions, several threads, and more data than fit.
 use super::support::{SMALL, assert_close, devices, evaluate, on_cpu, rig, take, validated};
 use crate::Vulkan;
 use crate::buffer::Buffer;

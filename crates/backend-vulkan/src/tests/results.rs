@@ -1,4 +1,4 @@
-//! Results of the device, which are those of the CPU.
+//! The results of a device are those of the CPU.
 use super::support::{SMALL, Size, assert_close, devices, evaluate, on_cpu, rig, take, validated};
 use crate::Vulkan;
 use crate::context::Clock;
@@ -46,7 +46,8 @@ fn lower_limits_give_the_same() {
     let options = UploadOptions::frames(31);
     for device in devices() {
         let vulkan = Vulkan::open_with(&device, false).unwrap();
-        // Of 64 vertices, the largest array is 3072 bytes; a frame is 4692 bytes; the triangles are 8448 bytes.
+        // For 64 vertices, the largest array has 3072 bytes, a frame has 4692 bytes, and the triangles have
+        // 8448 bytes.
         for limits in [
             PlanLimits { max_binding_bytes: 8448, max_workgroups: 65535 },
             PlanLimits { max_binding_bytes: 15000, max_workgroups: 2 },

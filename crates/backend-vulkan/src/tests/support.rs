@@ -28,7 +28,7 @@ pub(crate) fn validated(device: &DeviceInfo) -> Option<Vulkan> {
     }
 }
 
-/// Numbers that look random, the same every time.
+/// Pseudo-random numbers, the same every time.
 pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
@@ -47,7 +47,7 @@ impl Random {
     }
 }
 
-/// What a rig is made of.
+/// The size of a rig.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Size {
     /// Vertices are columns × rows.
@@ -142,7 +142,7 @@ pub(crate) fn rig(size: Size) -> Rig {
     Rig::new(parts).expect("numbers of the right shapes and ranges")
 }
 
-/// Handle positions of `frames` frames, each unlike the others.
+/// Handle positions of `frames` different frames.
 pub(crate) fn take(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
     let mut random = Random(seed);
     let rest = &rig.handles().rest;
@@ -169,7 +169,7 @@ pub(crate) fn read(session: &mut impl Session, stage: Stage) -> Vec<f32> {
     out
 }
 
-/// Fails where a number is off by more than a hundred-thousandth of the largest of its stage.
+/// Fails if a number is off by more than a hundred-thousandth of the largest one of its stage.
 pub(crate) fn assert_close(found: &[Vec<f32>], expected: &[Vec<f32>]) {
     for ((found, expected), stage) in found.iter().zip(expected).zip(Stage::ALL) {
         assert_eq!(found.len(), expected.len(), "{stage:?}");

@@ -1,4 +1,4 @@
-//! Synchronisation: the validation layer is silent, and would not be if a barrier were missing.
+//! Synchronisation: the validation layer reports nothing, and reports an error if a barrier is missing.
 use super::support::{SMALL, devices, evaluate, rig, take, validated};
 use rhytid_core::plan::PlanLimits;
 use rhytid_core::{BasisStorage, DeviceErrorKind, Error, HandleFrames, Session, Stage, UploadOptions};
@@ -20,7 +20,7 @@ fn validation_is_silent() {
                 evaluate(&mut session, &rig, &take(&rig, frames, 1));
                 session.stage_times().unwrap();
             }
-            // Dropped while the device computes.
+            // The session is dropped while the device computes.
             session.evaluate(HandleFrames { positions: &take(&rig, 31, 2), frames: 31 }).unwrap();
         }
         drop(vulkan);
@@ -32,7 +32,7 @@ fn validation_is_silent() {
 fn validation_reports_a_missing_barrier() {
     let rig = rig(SMALL);
     for device in devices() {
-        // The stages that the very next one reads.
+        // The next stage reads each of these stages.
         for stage in [Stage::LargeScale, Stage::Detail, Stage::Positions] {
             let Some(vulkan) = validated(&device) else { continue };
             let mut session =
@@ -44,7 +44,7 @@ fn validation_reports_a_missing_barrier() {
                 panic!("no barrier after {stage:?}, and validation is silent")
             };
             assert!(message.contains("SYNC-HAZARD-READ-AFTER-WRITE"), "{message}");
-            // It remains a failure, for every session.
+            // After a message, every session keeps failing.
             session.no_barrier_after = None;
             assert!(session.read(Stage::Positions, &mut Vec::new()).is_err());
             assert!(vulkan.upload_within(&rig, UploadOptions::frames(2), vulkan.context.limits).is_err());

@@ -1,4 +1,5 @@
-//! What the tests share: a random rig, frames for it, the CPU's answer, and how far a device's may be from it.
+//! Shared by the tests: a random rig, frames for it, the CPU's results, and the tolerance of a device's
+//! results.
 use rhytid_backend_cpu::Cpu;
 use rhytid_core::{
     Animator, BasisStorage, DeviceInfo, Examples, Faces, FineScale, HandleId, HandleSet, Influences, Rig,
@@ -33,7 +34,7 @@ impl Numbers {
     }
 }
 
-/// How large a rig is.
+/// The size of a rig.
 #[derive(Clone, Copy)]
 pub(crate) struct Sizes {
     pub vertices: usize,
@@ -43,7 +44,7 @@ pub(crate) struct Sizes {
     pub influences: usize,
 }
 
-/// A wavy sheet, one unit between neighbours, with random numbers for the rest. `vertices` is at least 4.
+/// A wavy sheet with one unit between neighbours. All other numbers are random. `vertices` is at least 4.
 pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
     let Sizes { vertices: count, handles, edges, examples, influences } = sizes;
     let mut numbers = Numbers(seed);
@@ -117,7 +118,8 @@ pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
     Rig::new(parts).expect("numbers of the right shapes and ranges")
 }
 
-/// Handle positions of `frames` frames: rest, and up to a third of a unit to any side.
+/// Handle positions of `frames` frames: the rest positions, moved by up to a third of a unit in any
+/// direction.
 pub(crate) fn frames(seed: u64, rig: &Rig, frames: usize) -> Vec<f32> {
     let mut numbers = Numbers(seed);
     let rest = rig.handles().rest.iter().flatten().copied();
@@ -142,8 +144,8 @@ pub(crate) fn all_stages<S: Session>(animator: &mut Animator<S>) -> Vec<Vec<f32>
     stages.collect()
 }
 
-/// Fails where a number is further from the expected one than rounding in another order can bring it: numbers here are
-/// tens at most, and the longest sums have a hundred terms.
+/// Fails if a number differs from the expected one by more than rounding in another order can explain. The
+/// numbers are at most tens, and the longest sums have a hundred terms.
 pub(crate) fn agree(found: &[Vec<f32>], expected: &[Vec<f32>], context: &str) {
     for ((stage, found), expected) in Stage::ALL.into_iter().zip(found).zip(expected) {
         assert_eq!(found.len(), expected.len(), "{context}: length of {stage:?}");

@@ -1,4 +1,4 @@
-//! Every device of wgpu's gives the CPU's results, for any batch.
+//! Every device of wgpu gives the CPU's results, for any batch.
 
 use crate::support::{Sizes, agree, all_stages, expected, frames, rig, tested};
 use rhytid_backend_wgpu::Wgpu;
@@ -8,7 +8,7 @@ use rhytid_core::{
 
 const SIZES: Sizes = Sizes { vertices: 1025, handles: 89, edges: 243, examples: 6, influences: 16 };
 
-/// Each device and what was uploaded to it.
+/// Each device, listed and opened.
 fn devices() -> Vec<(DeviceInfo, Wgpu)> {
     let devices = tested(Wgpu::devices().unwrap()).into_iter();
     devices.map(|info| (info.clone(), Wgpu::open(&info).unwrap())).collect()
@@ -157,7 +157,7 @@ fn a_device_that_is_gone_is_not_found() {
 fn devices_are_numbered_and_say_which_api_they_are_reached_by() {
     let devices = tested(Wgpu::devices().unwrap());
     assert_eq!(devices, Wgpu::devices().unwrap());
-    // OpenGL's take no other device's place, whatever happens to that one's driver.
+    // Devices of OpenGL never get another device's index, even if that device's driver fails.
     let (gl, newer): (Vec<_>, Vec<_>) =
         devices.iter().partition(|device| device.driver.starts_with("OpenGL"));
     for (index, device) in newer.into_iter().enumerate().chain((8..).zip(gl)) {

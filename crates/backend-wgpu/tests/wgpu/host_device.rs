@@ -1,12 +1,12 @@
-//! A host application computes on its own device, and draws with the results where they are.
+//! A host application computes on its own device, and draws with the results in their buffers.
 
 use crate::support::{Sizes, expected, frames, rig, tested};
 use rhytid_backend_wgpu::{Wgpu, WgpuSession};
 use rhytid_core::{Animator, Backend, BasisStorage, DeviceErrorKind, Error, Rig, Stage, UploadOptions};
 
-/// Pixels on a side of what is drawn.
+/// Pixels along a side of the picture.
 const SIZE: u32 = 256;
-/// Pixels in a unit of the mesh; the sheet's first vertex is at pixel (64, 64) or so.
+/// Pixels in a unit of the mesh. The sheet's first vertex is at about pixel (64, 64).
 const SCALE: f32 = 16.0;
 const BORDER: f32 = 64.0;
 
@@ -26,12 +26,11 @@ struct Point { @builtin(position) at: vec4f, @location(0) color: vec4f }
 
 /// The host's devices, with these limits.
 fn host_devices(limits: &wgpu::Limits) -> Vec<(wgpu::Device, wgpu::Queue)> {
-    tested(Wgpu::devices().unwrap());
+    let devices = tested(Wgpu::devices().unwrap());
     let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     let adapters = wgpu::Instance::new(descriptor).enumerate_adapters(wgpu::Backends::all());
-    let adapters = pollster::block_on(adapters).into_iter().filter(|adapter| {
-        adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::COMPUTE_SHADERS)
-    });
+    let is_tested = |adapter: &wgpu::Adapter| devices.iter().any(|device| Wgpu::is(adapter, device));
+    let adapters = pollster::block_on(adapters).into_iter().filter(is_tested);
     let open = |adapter: wgpu::Adapter| {
         let required_limits = limits.clone();
         let descriptor = wgpu::DeviceDescriptor { required_limits, ..Default::default() };
@@ -68,7 +67,8 @@ fn positions_and_normals_are_drawn_from_the_buffers_they_are_in() {
             drawn.entry(at.map(|c| c.floor() as u32)).or_insert_with(Vec::new).push((n, inside));
         }
         for (&[x, y], normals) in &drawn {
-            // What is on the border of a pixel, or has company there, is not told apart.
+            // Vertices on the border of a pixel, or several in one pixel, cannot be told apart, and are left
+            // out.
             let [(n, true)] = normals[..] else { continue };
             let color: [u8; 4] = pixels[(y * SIZE + x) as usize];
             for (found, n) in color.iter().zip(n) {
@@ -86,7 +86,7 @@ fn positions_and_normals_are_drawn_from_the_buffers_they_are_in() {
     }
 }
 
-/// Draws the vertices of one frame; rows of RGBA from the top.
+/// Draws the vertices of one frame. The result has rows of RGBA from the top.
 fn draw(
     device: &wgpu::Device,
     queue: &wgpu::Queue,

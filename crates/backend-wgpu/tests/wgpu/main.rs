@@ -1,4 +1,4 @@
-//! The wgpu backend on every device of wgpu's. (That sessions give back their memory is tested in `tests/leaks.rs`.)
+//! The wgpu backend on every device of wgpu. (`tests/leaks.rs` tests that sessions release their memory.)
 
 mod agreement;
 mod host_device;

@@ -6,8 +6,8 @@ use rhytid_core::{
 };
 use rhytid_test_support::changed;
 
-/// Five handles on a line, 2 cm apart, with an edge between neighbours. The examples stretch the first edge, and the last,
-/// by a quarter.
+/// Five handles on a line, 2 cm apart, with an edge between neighbours. The examples stretch the first edge,
+/// and the last, by a quarter.
 fn rig() -> Rig<f64> {
     let rest: Vec<[f64; 3]> = (0..5).map(|i| [2.0 * f64::from(i), 0.0, 0.0]).collect();
     let basis = (0..25).map(|i| f64::from(u8::from(i / 5 == i % 5))).collect();
@@ -93,7 +93,7 @@ fn a_take_of_the_examples_is_covered() {
     assert_eq!(found.spacing, Some(0.125));
     assert_eq!(found.distances, [0.0; 5]);
     assert!(found.expressions.is_empty() && found.edges.is_empty() && found.edges_beyond == 0);
-    // As is what lies halfway.
+    // A frame halfway is covered too.
     let found = compare(&[[0.125, 0.0, 0.0, 0.0]]);
     assert_eq!((found.covered, found.distances.as_slice()), (1, &[0.0625][..]));
     assert!(found.expressions.is_empty());
@@ -129,15 +129,15 @@ fn twice_as_far_as_an_example_is_on_top_with_its_exact_excess() {
 fn the_second_expression_is_not_the_frame_beside_the_first() {
     let b = |s| [0.0, s, 0.0, 0.0];
     let c = |s| [0.0, 0.0, s, 0.0];
-    // The second edge goes farther in every frame of its own than the third ever does.
+    // The second edge goes farther in each of its frames than the third ever does.
     let strains =
         [REST, b(0.6875), b(0.75), b(0.6875), REST, c(-0.25), c(-0.375), REST, [0.0, 0.75, 0.0, 0.25]];
     let found = compare(&strains);
-    // Frame 8 is as far from LAST as frame 2 is from rest, and near it once that is known.
+    // Frame 8 is as far from LAST as frame 2 is from rest. Once frame 2 is known, frame 8 is near it.
     assert_eq!(frames(&found), [2, 6, 8]);
     let nearest: Vec<&str> = found.expressions.iter().map(|e| e.nearest.as_str()).collect();
     assert_eq!(nearest, ["rest", "rest", "expression 1"]);
-    // The first scan covers its two neighbours, the second its one; each distance is at most the one before.
+    // The first scan covers its two neighbours, the second its one. Each distance is at most the one before.
     let covered: Vec<usize> = found.expressions.iter().map(|e| e.covered).collect();
     assert_eq!((found.covered, covered), (3, vec![6, 8, 9]));
     assert!(found.expressions.windows(2).all(|pair| pair[0].distance >= pair[1].distance));

@@ -1,4 +1,5 @@
-//! Handles from a frame of a take: on the head that the take is from, where the vertices are known, and on another head.
+//! Handles from a frame of a take: on the head of the take, where the vertices are known, and on another
+//! head.
 use glam::{DQuat, DVec3};
 use rhytid_capture::{HandleSettings, Match, PlacedHandles, match_by_position, place_handles};
 use rhytid_core::{Example, Face, Handles, NoProgress, RawTake, Rig, Settings, UpAxis, VertexId};
@@ -64,10 +65,10 @@ fn markers_find_their_vertices_on_the_head_that_they_are_from() {
         as_it_is[as_it_is.len() * 95 / 100],
         as_it_is[as_it_is.len() - 1]
     );
-    // Two of them are in the nostrils, where nobody glues a marker: they come to lie outside.
+    // Two of them are in the nostrils, where no marker is glued: they are placed outside.
     assert!(as_it_is.len() >= 85 && as_it_is[as_it_is.len() - 3] < 5.0 && as_it_is[as_it_is.len() / 2] < 1.0);
 
-    // Another unit that nothing names, other axes, no head band, another head pose: the same vertices.
+    // Another unit without a statement, other axes, no head band, another head pose: the same vertices.
     let mut other = raw.clone();
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -0.5).normalize(), 2.5);
     for x in &mut other.tracks.positions {
@@ -82,7 +83,7 @@ fn markers_find_their_vertices_on_the_head_that_they_are_from() {
         assert!(x.distance(after[label]) < 5.0, "{label}: a vertex farther than its neighbours");
     }
 
-    // What is known is kept, and what is not there is said.
+    // Known vertices are kept, and unknown ones are reported.
     let known = HandleSettings { known: vec![("mp30".into(), 3)], ..settings };
     let kept = place_handles(&head, &other, &known).unwrap().handles;
     assert_eq!(kept.vertices[kept.labels.iter().position(|label| label == "mp30").unwrap()], VertexId(3));
@@ -119,7 +120,7 @@ fn markers_of_another_actor_come_to_lie_where_they_belong() {
         println!("{label}: {off:.1} mm from where it belongs");
         assert!(off < 16.0, "{label}: {off} mm");
     }
-    // A mirror image fits as well, and labels that name sides tell.
+    // A mirror image fits as well. Labels that name sides decide.
     let mut mirrored = raw;
     mirrored.tracks.positions.iter_mut().for_each(|x| x[0] = -x[0]);
     for (label, other) in [("mp18", "brow_r"), ("mp25", "brow_l"), ("mp48", "lip_r"), ("mp54", "lip_l")] {

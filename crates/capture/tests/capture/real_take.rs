@@ -1,4 +1,5 @@
-//! A real motion made difficult, against what a perfect clean-up of it returns, where `../shared/data` lies beside the repository.
+//! A real motion made difficult, compared with what a perfect clean-up returns. It needs `../shared/data`
+//! beside the repository.
 use glam::{DQuat, DVec3};
 use rhytid_capture::{Cleaned, Kind, Settings, Target, clean};
 use rhytid_core::{NoProgress, Take};
@@ -112,7 +113,8 @@ fn every_fault_of_the_raw_take_is_listed_and_few_others() {
     for (j, gaps) in gaps.iter().enumerate() {
         assert!(gaps.iter().all(|&f| is_listed(j, f)), "{j}");
     }
-    // What was measured and is called filled without being a ghost is a false alarm, as is every other finding.
+    // A measured sample that is called filled without being a ghost is a false alarm. So is every other
+    // finding.
     let false_outliers = of(Kind::Outlier).count() - 12;
     let others = of(Kind::Head).count() + of(Kind::Lost).count() + of(Kind::NeverSeen).count();
     let false_fills = report

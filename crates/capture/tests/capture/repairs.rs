@@ -1,5 +1,5 @@
-//! What a capture system got wrong beyond gaps and ghosts: labels that slide, a handle in the wrong place; repairs by hand; and that the filter takes
-//! noise and leaves blinks and plosives.
+//! Faults of a capture system beyond gaps and ghosts: labels that slide, and a handle in the wrong place.
+//! Also repairs by hand, and a filter that takes noise but leaves blinks and plosives.
 use crate::real_take::{distances, rms, target, truth};
 use glam::{DMat3, DVec3};
 use rhytid_capture::{Cleaned, Edit, Kind, Settings, Step, Target, clean};
@@ -18,7 +18,8 @@ fn cleaned(raw: RawTake, target: &Target, settings: &Settings) -> Cleaned {
     clean(raw, target, settings, &NoProgress).unwrap()
 }
 
-/// Where a label is in the real take, and the other's place that it slides to and snaps back from.
+/// The place of a label in the real take. The label slides to the other label's place and snaps back from
+/// there.
 fn slide(raw: &mut RawTake, label: &str, to: &str, frames: Range<usize>) -> usize {
     let column = |name: &str| raw.tracks.labels.iter().position(|l| l == name).unwrap();
     let (a, b, markers) = (column(label), column(to), raw.tracks.labels.len());
@@ -83,14 +84,14 @@ fn a_misplaced_handle_is_named_and_harms_no_other() {
 const RATE: f64 = 120.0;
 const FRAMES: usize = 1200;
 
-/// From -1 to 1, each as often as the others.
+/// Uniform numbers from -1 to 1.
 fn random(i: usize) -> f64 {
     let x = (i as f64 * 12.9898).sin() * 43_758.545_3;
     2.0 * (x - x.floor()) - 1.0
 }
 
-/// How far marker `j` of a face is out in frame `f`, in millimetres: every second a blink of 0.15 s moves the lids (0 to 3) by 9 mm, and a plosive of
-/// 0.08 s the lips (4 to 7) by 4 mm.
+/// How far marker `j` of a face is out in frame `f`, in millimetres. Every second a blink of 0.15 s moves the
+/// lids (0 to 3) by 9 mm. A plosive of 0.08 s moves the lips (4 to 7) by 4 mm.
 fn height(j: usize, f: usize) -> f64 {
     let (width, height, phase) = match j {
         0..4 => (0.15, 9.0, 0.3),
@@ -101,7 +102,7 @@ fn height(j: usize, f: usize) -> f64 {
     if t.abs() < 0.5 * width { 0.5 * height * (1.0 + (2.0 * PI * t / width).cos()) } else { 0.0 }
 }
 
-/// Twenty markers in head space with 0.14 mm RMS of noise, and what they are on.
+/// Twenty markers in head space with 0.14 mm RMS of noise, and their target.
 fn noisy() -> (RawTake, Target) {
     let rest: Vec<DVec3> =
         (0..20).map(|j| DVec3::new(f64::from(j % 5) * 3.0, f64::from(j / 5) * 3.0, 0.0)).collect();
@@ -128,7 +129,7 @@ fn the_filter_takes_noise_and_leaves_blinks_and_plosives() {
     let filtered = cleaned(raw.clone(), &target, &Settings::default());
     assert_eq!(filtered.report.low_pass_hz, Some(12.0));
     for (marker, top) in [(0, 9.0), (4, 4.0)] {
-        // The mean over all peaks: that of their noise is none.
+        // The mean over all peaks, in which the noise of single peaks averages out.
         let peaks: Vec<usize> = (1..FRAMES - 1)
             .filter(|&f| {
                 height(marker, f) > 0.9 * top
@@ -174,7 +175,7 @@ fn repairs_by_hand() {
     assert!(apart(&before, &plain, 9, 300..340) > 20.0 && apart(&before, &plain, 12, 300..340) > 40.0);
     assert_eq!(apart(&found, &plain, 9, 300..340), 0.0);
     assert!(apart(&found, &plain, 12, 300..340) < 1.0);
-    // The blink at 36 is held away, back to where the lid is in frame 29.
+    // The blink at 36 is held away: the lid stays where it is in frame 29.
     let lid = |f: usize| DVec3::from_array(found.take.positions[f * 20]);
     assert!((30..40).all(|f| lid(f).distance(lid(29)) < 0.1) && apart(&found, &plain, 0, 50..FRAMES) == 0.0);
     let kinds: Vec<_> =
@@ -214,8 +215,8 @@ fn strains_and_steps_that_no_skin_has_are_events() {
     );
 }
 
-/// The true motion of an actor whose face is larger than the rig's about the mouth, by `much` in the middle, in a capture's space: everything there
-/// moves as much farther as it is larger.
+/// The true motion of an actor whose face is larger than the rig's about the mouth, in a capture's space. The
+/// face is larger by `much` in the middle. Everything there moves as much farther as it is larger.
 fn other_proportions(target: &Target, truth: &[DVec3], much: f64) -> RawTake {
     let mouth = target.rest[target.labels.iter().position(|l| l == "mp51").unwrap()] - DVec3::Y * 0.8;
     let at =
@@ -298,7 +299,7 @@ fn poses_teach_how_an_actor_does_what_the_examples_show() {
         taught.report.setup.poses.len() == 6
             && taught.report.setup.poses.iter().all(|pose| pose.likeness > 0.8)
     );
-    // A frame that shows something else is said.
+    // A frame that shows something else causes a warning.
     let wrong = Settings { poses: [("pose1112".to_owned(), 1760)].into(), ..without };
     let warnings = cleaned(raw, &target, &wrong).report.warnings;
     assert!(

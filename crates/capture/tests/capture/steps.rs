@@ -1,4 +1,5 @@
-//! Each step's switch: without a step, just what it mends is left in a made-up take; with all of them the truth comes out.
+//! Each step's switch: without a step, exactly its fault stays in a made-up take. With all steps the true
+//! motion is found.
 use glam::{DQuat, DVec3, EulerRot};
 use rhytid_capture::{Axes, Cleaned, Kind, Settings, Step, Target, clean};
 use rhytid_core::{Error, NoProgress, Progress, RawTake, Take};
@@ -15,7 +16,8 @@ const SWAP: ([usize; 2], std::ops::Range<usize>) = ([9, 10], 300..340);
 const GHOST: (usize, usize) = (3, 200);
 const GAP: (usize, std::ops::Range<usize>) = (14, 150..190);
 
-/// What was measured is as near as that, in millimetres: the noise is up to 0.32 mm long on the rig, and a filter's ends swing.
+/// Largest error of a measured sample in millimetres. The noise is up to 0.32 mm on the rig, and a filter
+/// overshoots at its ends.
 const MEASURED: f64 = 0.6;
 
 /// Reproducible, from -1 to 1.
@@ -114,7 +116,7 @@ fn is_in_gap(j: usize, f: usize) -> bool {
     j == GAP.0 && GAP.1.contains(&f)
 }
 
-/// About the ghost, as far as a filter spreads it.
+/// Whether a sample is as near to the ghost as a filter spreads it.
 fn is_ghost(j: usize, f: usize) -> bool {
     j == GHOST.0 && f.abs_diff(GHOST.1) < 12
 }
@@ -194,7 +196,8 @@ fn without_the_heads_low_pass() {
 fn without_alignment() {
     let found = without(&[Step::Align]);
     assert_eq!(found.report.setup.axes, "+x+y+z");
-    // In the mesh's unit, where the file has them: only the head's motion is out, and the actor keeps its size.
+    // Without the alignment, positions are in the mesh's unit where the file has them. Only the head's motion
+    // is out, and the actor keeps its size.
     let at = |j: usize| DVec3::from_array(found.take.positions[j]);
     let length = SCALE * rest()[0].distance(rest()[5]);
     assert!((at(0).distance(at(5)) - length).abs() < 0.05);

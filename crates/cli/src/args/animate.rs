@@ -15,8 +15,8 @@ pub(crate) struct Animate {
     /// The rig file that `solve` wrote.
     pub rig: PathBuf,
 
-    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space, or what a capture system wrote, which is
-    /// cleaned first as `prepare` does it.
+    /// The take. CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space, or the file of a
+    /// capture system. The latter is cleaned first, as `prepare` does it.
     #[arg(required_unless_present = "listen")]
     pub take: Option<PathBuf>,
 
@@ -24,14 +24,16 @@ pub(crate) struct Animate {
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
+    /// software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
     #[command(flatten)]
     pub live: Listen,
 
-    /// The frames A to B-1 of the take, counted from 0; either end can be left out. With --listen a number alone, of frames to record.
+    /// The frames A to B-1 of the take, counted from 0; either end can be left out. With --listen: the number
+    /// of frames to record.
     #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
     pub frames: FramesChoice,
 
@@ -46,17 +48,18 @@ pub(crate) struct Animate {
     #[command(flatten)]
     pub reading: TakeReading,
 
-    /// Fade the folds out where they are driven by markers that were filled rather than measured, as the take's
-    /// confidence says, and where a frame is far outside what the examples show.
+    /// Fade the wrinkles out where their markers were filled rather than measured, as the take's confidence
+    /// says. Also fade them where a frame is far outside the examples.
     #[arg(long)]
     pub fade_detail: bool,
 
-    /// Wrinkles turned down or up: the folds times this, from 0, which leaves the large scale alone, to 2.
+    /// Multiply the wrinkles by this gain, from 0 (no wrinkles, large scale only) to 2.
     #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
     pub detail: f64,
 
-    /// The same about a handle, or in a region that handles' names say (brows, lids, nose, cheeks, lips, chin, jaw, forehead, ears, neck); can be given
-    /// many times, and as the table “detail” of TAKE.toml.
+    /// The same gain about one handle or in one region; can be given many times, and as the table “detail” of
+    /// TAKE.toml. Regions follow from the handles' names: brows, lids, nose, cheeks, lips, chin, jaw,
+    /// forehead, ears, neck.
     #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region)]
     pub detail_of: Vec<(String, f64)>,
 
@@ -64,35 +67,41 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "EDIT.toml", conflicts_with = "listen")]
     pub edit: Option<PathBuf>,
 
-    /// Refine each frame on the processor, for bends of more than 60° on a rig without examples: as rigid as possible, and stiff in bending.
+    /// Refine each frame on the processor, as rigid as possible and stiff in bending. It is meant for bends
+    /// of more than 60° on a rig without examples.
     #[arg(long)]
     pub refine: bool,
 
-    /// What becomes of the head's motion, where the take has it.
+    /// What to do with the head's motion, if the take has it.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
     pub head: HeadChoice,
 
     #[command(flatten)]
     pub channels: Channels,
 
-    /// Examples whose wrinkles are one channel of --wrinkles, by a name of theirs; can be given many times [default: each example by itself].
+    /// Examples whose wrinkles form one channel of --wrinkles, under a name of your choice; can be given many
+    /// times [default: each example by itself].
     #[arg(long, value_name = "NAME=EXAMPLE+EXAMPLE", requires = "wrinkles")]
     pub wrinkle_group: Vec<WrinkleGroup>,
 
-    /// Write also the wrinkles as one picture over the texture coordinates, a tile of N × N pixels for each channel of --wrinkles, and beside
-    /// it as CSV how far each is switched on in each frame; docs/wrinkles.md says what is in them.
+    /// Write also the wrinkles as one picture over the texture coordinates, with a tile of N × N pixels for
+    /// each channel of --wrinkles. A CSV beside it says how far each channel is switched on in each frame;
+    /// docs/wrinkles.md describes both.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=4096))]
     pub masks: Option<u32>,
 
-    /// The picture of --masks; with {frame} in its name one for each frame [default: beside OUT, under its name with .masks.png].
+    /// The picture of --masks; with {frame} in its name, one for each frame [default: beside OUT, under its
+    /// name with .masks.png].
     #[arg(long, value_name = "MASKS.png", requires = "masks")]
     pub masks_to: Option<PathBuf>,
 
-    /// Write also, as CSV, how much each region of the face is stretched and squeezed in each frame; docs/strain.md says what the columns are.
+    /// Write also, as CSV, how much each region of the face is stretched and squeezed in each frame;
+    /// docs/strain.md says what the columns are.
     #[arg(long, value_name = "CURVES.csv")]
     pub strain_curves: Option<PathBuf>,
 
-    /// Regions of --strain-curves: the neutral as .obj with groups (“g NAME” before faces) [default: by the names of the handles].
+    /// Regions of --strain-curves: the neutral as .obj with groups (“g NAME” before faces) [default: by the
+    /// names of the handles].
     #[arg(long, value_name = "GROUPS.obj", requires = "strain_curves")]
     pub groups: Option<PathBuf>,
 
@@ -104,7 +113,8 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres)]
     pub max_error: f64,
 
-    /// The take as N shapes with curves, in glTF or USD, for engines and for shape keys, however far they are from it: how far is printed and in the file.
+    /// glTF or USD: the take as N shapes with curves, for engines and for shape keys. The error is not
+    /// limited; it is printed and written to the file.
     #[arg(long, value_name = "N", conflicts_with = "compressed", value_parser = parse_shapes)]
     pub shapes: Option<usize>,
 
@@ -112,7 +122,8 @@ pub(crate) struct Animate {
     #[arg(long)]
     pub quantize: bool,
 
-    /// glTF: compressed buffers (EXT_meshopt_compression); three.js and Babylon.js read them, Blender does not.
+    /// glTF: compressed buffers (EXT_meshopt_compression); three.js and Babylon.js read them, Blender does
+    /// not.
     #[arg(long)]
     pub meshopt: bool,
 

@@ -1,4 +1,5 @@
-//! An option for each kind of channels that frames can have, made from the list of them: a new kind needs no line here.
+//! An option for each kind of channels that frames can have. The options follow from the list of kinds: a new
+//! kind needs no line here.
 
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use rhytid::core::ChannelKind;
@@ -9,7 +10,7 @@ use rhytid::formats::export::ChannelChoice;
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Channels(pub ChannelChoice);
 
-/// The option of a kind: of one that frames have anyway, that which leaves it out.
+/// The option of a kind. A kind that frames have by default has an option that leaves it out.
 pub(crate) fn option(kind: ChannelKind) -> String {
     if kind.is_default() { format!("no-{kind}") } else { kind.name().to_owned() }
 }

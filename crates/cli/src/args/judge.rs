@@ -1,4 +1,4 @@
-//! The arguments of the commands that say how good something is: a rig, a take on it, devices.
+//! The arguments of the commands that say how good a rig, a rig for a take, or a device is.
 
 use super::Elsewhere;
 use super::placing::TakeReading;
@@ -12,8 +12,8 @@ pub(crate) struct Evaluate {
     #[arg(value_name = "FACE.toml")]
     pub project: PathBuf,
 
-    /// Dense meshes over time with the neutral's vertices, in head space: a USD or glTF animation, a .npy array of frames × vertices × 3,
-    /// or a folder with a mesh for each frame.
+    /// Dense meshes over time with the neutral's vertices, in head space. A USD or glTF animation, a .npy
+    /// array of frames × vertices × 3, or a folder with a mesh for each frame.
     #[arg(long, requires = "take")]
     pub truth: Option<PathBuf>,
 
@@ -25,7 +25,8 @@ pub(crate) struct Evaluate {
     #[arg(long, value_name = "FRAMES.csv", requires = "truth")]
     pub truth_frames: Option<PathBuf>,
 
-    /// Regions: the neutral as .obj with groups (“g NAME” before faces) [default: by the names of the handles].
+    /// Regions: the neutral as .obj with groups (“g NAME” before faces) [default: by the names of the
+    /// handles].
     #[arg(long, value_name = "GROUPS.obj")]
     pub groups: Option<PathBuf>,
 
@@ -40,11 +41,13 @@ pub(crate) struct Evaluate {
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 
-    /// The folder to write evaluation.html, with maps drawn on the face, and evaluation.json to; made if it does not exist.
+    /// The folder to write evaluation.html, with maps drawn on the face, and evaluation.json to; made if it
+    /// does not exist.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms, software drivers last.
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
+    /// software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
@@ -73,16 +76,18 @@ pub(crate) struct Coverage {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub plan: Option<u32>,
 
-    /// The frames that can be scanned: CSV with a column frame, counted from 0 [default: all whose markers were seen].
+    /// The frames that can be scanned: CSV with a column frame, counted from 0 [default: all whose markers
+    /// were seen].
     #[arg(long, value_name = "FRAMES.csv")]
     pub candidates: Option<PathBuf>,
 
-    /// The folder to write plan.html, with the planned frames drawn, and plan.json to; made if it does not exist.
+    /// The folder to write plan.html, with the planned frames drawn, and plan.json to; made if it does not
+    /// exist.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 
-    /// Dense meshes over time, a frame for each of the take or of --candidates, as for `evaluate --truth`: the planned scans are cut
-    /// out of them.
+    /// Dense meshes over time, a frame for each of the take or of --candidates, as for `evaluate --truth`:
+    /// the planned scans are cut out of them.
     #[arg(long, value_name = "DENSE", requires = "output")]
     pub take_examples: Option<PathBuf>,
 
@@ -121,11 +126,11 @@ pub(crate) struct Bench {
     #[arg(long, default_value = "cpu:0")]
     pub device: String,
 
-    /// About how many vertices the rig has that is made.
+    /// About how many vertices the generated rig has.
     #[arg(long, value_name = "N", default_value_t = 530_000, conflicts_with = "rig", value_parser = clap::value_parser!(u32).range(1_000..=4_000_000))]
     pub vertices: u32,
 
-    /// The method of the rig that is made.
+    /// The method of the generated rig.
     #[arg(long, value_enum, default_value_t = MethodChoice::Learned, conflicts_with = "rig")]
     pub method: MethodChoice,
 
@@ -137,7 +142,8 @@ pub(crate) struct Bench {
     #[arg(long, value_enum, default_value_t = StorageChoice::F32)]
     pub storage: StorageChoice,
 
-    /// Measure how a frame's time grows, too: with vertices, handles, examples and frames in a batch. Takes minutes.
+    /// Measure how a frame's time grows, too: with vertices, handles, examples and frames in a batch. Takes
+    /// minutes.
     #[arg(long, conflicts_with = "rig")]
     pub growth: bool,
 

@@ -1,4 +1,4 @@
-//! What is sent and received while it is captured.
+//! The arguments of commands that send or receive frames while they are captured.
 
 use super::values::parse_rate;
 use rhytid::playback::FrameRange;
@@ -10,8 +10,9 @@ use std::time::Duration;
 /// `rhytid animate --listen`
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct Listen {
-    /// Instead of TAKE: record --frames N as they come over the network, as OSC bundles, and animate them then; docs/live.md says what is sent. ADDR:PORT, or a port of
-    /// this machine alone [default: 127.0.0.1:9000]. Ctrl-C ends the recording and keeps what has come.
+    /// Record --frames N from the network, as OSC bundles, and then animate them, instead of TAKE;
+    /// docs/live.md says what is sent. ADDR:PORT, or a port of this machine alone [default: 127.0.0.1:9000].
+    /// Ctrl-C ends the recording and keeps the received frames.
     #[arg(
         long,
         value_name = "ADDR:PORT",
@@ -22,11 +23,12 @@ pub(crate) struct Listen {
     )]
     pub listen: Option<SocketAddr>,
 
-    /// With --listen: also write what has come as a take.
+    /// With --listen: also write the received frames as a take.
     #[arg(long, value_name = "TAKE.csv", requires = "listen")]
     pub record: Option<PathBuf>,
 
-    /// With --listen: how many seconds to wait for a frame [default: 30]; the recording ends there, and is an error where none came.
+    /// With --listen: how many seconds to wait for a frame [default: 30]. Then the recording ends; without
+    /// any frame, that is an error.
     #[arg(long, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds)]
     pub timeout: Option<Duration>,
 }
@@ -34,10 +36,11 @@ pub(crate) struct Listen {
 /// `rhytid send`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Send {
-    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space; a marker is not sent in frames that it is missing from.
+    /// The take: CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space. A marker is not sent
+    /// in frames where it is missing.
     pub take: PathBuf,
 
-    /// Send this rig's handles alone, whatever other markers the take has.
+    /// Send only the handles of this rig, and no other markers of the take.
     #[arg(long)]
     pub rig: Option<PathBuf>,
 
@@ -49,7 +52,7 @@ pub(crate) struct Send {
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub rate: Option<f64>,
 
-    /// Begin again at the end, until Ctrl-C.
+    /// Start again at the end, until Ctrl-C.
     #[arg(long = "loop")]
     pub again: bool,
 
@@ -61,9 +64,9 @@ pub(crate) struct Send {
 /// `--frames` of `animate`
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum FramesChoice {
-    /// Of a take.
+    /// A range of the take's frames.
     Range(FrameRange),
-    /// With `--listen`.
+    /// The number of frames to record with `--listen`.
     Count(usize),
 }
 
@@ -78,7 +81,7 @@ impl FromStr for FramesChoice {
     }
 }
 
-/// A port alone is one of this machine's, that no other reaches.
+/// A port without an address is one of this machine, which no other machine reaches.
 pub(super) fn parse_address(text: &str) -> Result<SocketAddr, String> {
     let port = || Ok(SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), text.parse().map_err(drop)?));
     text.parse().map_err(drop).or_else(|()| port()).map_err(|()| {

@@ -1,4 +1,4 @@
-//! Flags of what makes a project of other people's files.
+//! Flags of the commands that make a project from other people's files.
 
 use super::setup::Setup;
 use super::values::{Elsewhere, MissingChoice, UnitChoice, parse_rate};
@@ -66,11 +66,13 @@ pub(crate) struct New {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
 
-    /// The folder with the expression scans [default: poses, examples, expressions or scans beside the neutral, or its own].
+    /// The folder with the expression scans [default: poses, examples, expressions or scans beside the
+    /// neutral, or its own].
     #[arg(long, value_name = "FOLDER")]
     pub examples: Option<PathBuf>,
 
-    /// The take whose markers become handles [default: one beside the neutral; else handles are spread over the face].
+    /// The take whose markers become handles [default: one beside the neutral; else handles are spread over
+    /// the face].
     #[arg(long, value_name = "TAKE")]
     pub take: Option<PathBuf>,
 
@@ -79,7 +81,7 @@ pub(crate) struct New {
     pub unit: Option<UnitChoice>,
 }
 
-/// Of a take's CSV that is not in the rig's space; each is exact.
+/// The space of a take's CSV that is not in the rig's space; each option is exact.
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = "A take's CSV in another space")]
 pub(crate) struct TakeSpace {
@@ -87,16 +89,17 @@ pub(crate) struct TakeSpace {
     #[arg(long, value_enum, value_name = "UNIT")]
     pub take_unit: Option<UnitChoice>,
 
-    /// Its axes that the mesh's x, y and z are, such as +x+z-y, or -x+y+z for a mirror image [default: the mesh's].
+    /// Its axes that the mesh's x, y and z are, such as +x+z-y, or -x+y+z for a mirror image [default: the
+    /// mesh's].
     #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
     pub take_axes: Option<Axes>,
 
-    /// Its frames per second, where its times are no seconds.
+    /// Its frames per second, if its times are not seconds.
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub take_rate: Option<f64>,
 }
 
-/// How a take is read that a rig plays.
+/// How to read a take that a rig plays.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct TakeReading {
     /// What to do where a marker is missing from a frame.
@@ -115,12 +118,12 @@ pub(crate) struct TakeReading {
 }
 
 impl TakeReading {
-    /// As a recipe of a take, which is in this file, states it.
+    /// These options as the recipe of an animation file states them for a take.
     ///
     /// # Errors
     /// As [`Setup::read`] and reading the table that it names.
     pub(crate) fn treatment(&self, take: Option<&Path>) -> rhytid::Result<Treatment> {
-        // What it says of a clean take is in the recipe by itself.
+        // What a setup says about a clean take is a separate part of the recipe.
         let is_raw = take.is_some_and(|take| !raw_take::is_take_csv(take));
         let setup = self.setup.as_deref().filter(|_| is_raw);
         let setup_hash = setup.map(|setup| Setup::hash(setup, self.elsewhere.reach()));
@@ -132,10 +135,11 @@ impl TakeReading {
         })
     }
 
-    /// The same take read as a file's recipe states it. Where these options say another space, it is meant: the take may be in another file by now.
+    /// The same take, read as a file's recipe states it. If these options name another space, they win: the
+    /// take may be in another file by now.
     ///
-    /// # Errors
-    /// [`Error::Input`] if the setup is another, or the recipe has a unit or axes that this program does not know.
+    /// [`Error::Input`] if the setup differs, or if the recipe has a unit or axes that this program does not
+    /// know.
     pub(crate) fn with_stated(
         mut self,
         take: &Path,
@@ -183,7 +187,7 @@ impl TakeReading {
     }
 }
 
-/// A frame, or whichever suits best.
+/// A frame, or the one that suits best.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct FrameChoice(pub Option<usize>);
 

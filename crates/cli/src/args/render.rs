@@ -18,8 +18,8 @@ pub(crate) struct Render {
     /// The take, as for `animate`.
     pub take: PathBuf,
 
-    /// What to write: .png is a sheet of frames, with {frame} in its name a picture for each frame; .mp4 is a film of all frames (AV1),
-    /// .webp is a picture that moves, without loss.
+    /// What to write. A .png is a sheet of frames, or a picture for each frame if its name contains {frame}.
+    /// An .mp4 is a film of all frames (AV1), a .webp a lossless moving picture.
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
@@ -27,7 +27,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
     pub frames: FrameRange,
 
-    /// Of a sheet: so many frames, spread evenly over those.
+    /// For a sheet: the number of frames, spread evenly over --frames.
     #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=400))]
     pub count: u32,
 
@@ -42,11 +42,11 @@ pub(crate) struct Render {
     )]
     pub show: Vec<Show>,
 
-    /// What each is put beside, to its left: the face before a stage, or as another rig has it.
+    /// What to put to the left of each: the face at an earlier stage, or as another rig has it.
     #[arg(long, value_name = "shell|large-scale|RIG", value_parser = parse_before)]
     pub before: Option<BeforeChoice>,
 
-    /// Dense meshes that show the truth, which each is put beside: as for `evaluate --truth`.
+    /// Dense meshes that show the truth, to put beside each: as for `evaluate --truth`.
     #[arg(long, value_name = "TRUTH")]
     pub compare: Option<PathBuf>,
 
@@ -66,7 +66,7 @@ pub(crate) struct Render {
     #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
     pub raise: f32,
 
-    /// The whole mesh in the picture, instead of what is about the handles.
+    /// Show the whole mesh in the picture, instead of the part around the handles.
     #[arg(long)]
     pub whole: bool,
 
@@ -82,15 +82,17 @@ pub(crate) struct Render {
     #[arg(long, value_name = "N")]
     pub vertex: Option<usize>,
 
-    /// For --show matcap: the picture of a ball, which fills it, PNG or JPEG [default: clay].
+    /// For --show matcap: the picture of a ball that fills it, PNG or JPEG [default: clay].
     #[arg(long, value_name = "IMAGE")]
     pub matcap: Option<PathBuf>,
 
-    /// For --show textured: the image, PNG or JPEG; or the .obj, .mtl, .glb or .gltf whose materials name theirs.
+    /// For --show textured: the image, PNG or JPEG, or an .obj, .mtl, .glb or .gltf whose materials name
+    /// images.
     #[arg(long, value_name = "FILE")]
     pub texture: Option<PathBuf>,
 
-    /// What is behind the face: red, green and blue as RRGGBB, or none for a transparent picture [default: that of a sheet's paper].
+    /// What is behind the face: red, green and blue as RRGGBB, or none for a transparent picture [default:
+    /// the colour of a sheet's paper].
     #[arg(long, value_name = "COLOUR", value_parser = parse_background)]
     pub background: Option<Background>,
 
@@ -114,11 +116,11 @@ pub(crate) struct Render {
     #[arg(long, value_name = "EDIT.toml")]
     pub edit: Option<PathBuf>,
 
-    /// Fade the folds out where they are not to be trusted, as for `animate`.
+    /// Fade the wrinkles out where they are unreliable, as for `animate`.
     #[arg(long)]
     pub fade_detail: bool,
 
-    /// The folds times this, from 0 to 2.
+    /// Multiply the wrinkles by this gain, from 0 to 2.
     #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
     pub detail: f64,
 
@@ -126,16 +128,19 @@ pub(crate) struct Render {
     #[arg(long, value_enum, default_value_t = StageChoice::Full)]
     pub stage: StageChoice,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the one that draws where it is a GPU and frames are drawn from
-    /// where they are, else the fastest that conforms, software drivers last.
+    /// The device to evaluate on, as `rhytid devices` names it. auto takes the device that draws if it is a
+    /// GPU and can draw the frames directly. Otherwise auto takes the fastest that conforms, software drivers
+    /// last.
     #[arg(long, default_value = "auto")]
     pub device: String,
 
-    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the first].
+    /// The device to draw with, one of the backend wgpu [default: that of --device if it is one, else the
+    /// first].
     #[arg(long)]
     pub draw_on: Option<String>,
 
-    /// Leave out the connected parts of the mesh that these vertices are of, such as the film of tears before an eye.
+    /// Leave out the connected parts of the mesh that contain these vertices, such as the film of tears
+    /// before an eye.
     #[arg(long, value_name = "VERTEX", value_delimiter = ',')]
     pub hide: Vec<usize>,
 
@@ -155,17 +160,18 @@ pub(crate) enum Show {
     Gouraud,
     /// Lit by triangles.
     Flat,
-    /// As skin: light that spreads in it, shadows, and a surface that shines (--light, --exposure, --tone).
+    /// As skin: with light that spreads below it, shadows, and a shiny surface (--light, --exposure, --tone).
     Skin,
     /// The edges of the mesh's polygons.
     Wireframe,
-    /// As a ball of clay looks where its surface has the same direction, or the ball of --matcap.
+    /// As a ball of clay, or the ball of --matcap, looks where its surface has the same direction.
     Matcap,
     /// Shaded, in the colours of --texture.
     Textured,
-    /// Shaded, with the markers, and how much longer (red) or shorter (blue) the strain edges between them are than at rest.
+    /// Shaded, with the markers, and how much longer (red) or shorter (blue) the strain edges between them
+    /// are than at rest.
     Markers,
-    /// Shaded, with the strain edges (red) and anchors (blue) that drive the folds of --vertex.
+    /// Shaded, with the strain edges (red) and anchors (blue) that drive the wrinkles of --vertex.
     Influences,
     /// Shaded, with the tangent frames of some vertices.
     Frames,
@@ -175,16 +181,16 @@ pub(crate) enum Show {
     Strain1,
     /// The second principal strain, that of the direction in which it is squeezed most, or stretched least.
     Strain2,
-    /// How far the folds move each vertex.
+    /// How far the wrinkles move each vertex.
     Detail,
-    /// How far each vertex may be from where a scan of the frame would have it.
+    /// How far each vertex may be from where a scan of the frame would put it.
     Sigma,
-    /// How far each vertex is from where --compare has it.
+    /// How far each vertex is from its place in --compare.
     Error,
 }
 
 impl Show {
-    /// Whether it is made of a frame on the host, beside positions and normals where they are.
+    /// Whether the host must compute it from a frame, beyond positions and normals.
     pub(crate) fn is_made_on_the_host(self) -> bool {
         !matches!(
             self,
@@ -198,7 +204,7 @@ impl Show {
         )
     }
 
-    /// `None` for those that show numbers, and for skin.
+    /// `None` for skin, and for the ones that show numbers.
     pub(crate) fn look(self) -> Option<Look> {
         match self {
             Self::Shaded | Self::Markers | Self::Influences | Self::Frames => Some(Look::Smooth),
@@ -234,7 +240,7 @@ impl BeforeChoice {
         }
     }
 
-    /// As it is said.
+    /// The choice as on the command line.
     pub(crate) fn words(&self) -> String {
         match self {
             Self::Stage(stage) => {

@@ -1,4 +1,5 @@
-//! The setup: what is known of an actor and a capture session, as options of `prepare` and as the keys of TAKE.toml.
+//! The setup: what is known of an actor and a capture session. Each item is an option of `prepare` and a key
+//! of TAKE.toml.
 
 use super::values::{
     FilterChoice, StepChoice, Stretch, UnitChoice, parse_pair, parse_pose, parse_rate, parse_region,
@@ -16,7 +17,7 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-/// Each option is also a key of TAKE.toml, with `_` for `-`; what is not given is found.
+/// Each option is also a key of TAKE.toml, with `_` for `-`. Missing values are found.
 #[derive(Debug, Clone, Default, PartialEq, clap::Args, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub(crate) struct Setup {
@@ -42,12 +43,14 @@ pub(crate) struct Setup {
     #[arg(long, value_enum)]
     pub unit: Option<UnitChoice>,
 
-    /// The file's axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the actor looks where the rig looks].
+    /// The file's axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the actor
+    /// looks where the rig looks].
     #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
     #[serde(deserialize_with = "some_text")]
     pub axes: Option<Axes>,
 
-    /// The neutral frames A to B-1, counted from 0 [default: the stillest half second nearest to the rest pose].
+    /// The neutral frames A to B-1, counted from 0 [default: the stillest half second nearest to the rest
+    /// pose].
     #[arg(long, value_name = "A..B")]
     #[serde(deserialize_with = "some_text")]
     pub neutral: Option<FrameRange>,
@@ -56,31 +59,32 @@ pub(crate) struct Setup {
     #[arg(long, value_enum, value_name = "STEP", value_delimiter = ',')]
     pub skip: Vec<StepChoice>,
 
-    /// Longer gaps are flagged as lost, in seconds [default: 2].
+    /// Flag gaps longer than this many seconds as lost [default: 2].
     #[arg(long, value_name = "S", value_parser = parse_seconds)]
     #[serde(deserialize_with = "some_seconds")]
     pub max_gap: Option<f64>,
 
-    /// The markers' low-pass filter: its cut-off in Hz, or none [default: 12 where the take is noisy, else none].
+    /// The markers' low-pass filter: its cut-off in Hz, or none [default: 12 where the take is noisy, else
+    /// none].
     ///
-    /// It runs both ways, without delay. Unless a cut-off is given, it takes no more from any position than noise makes, as it was measured of the
-    /// take.
+    /// It runs both ways, without delay. By default it takes no more from a position than the noise that was
+    /// measured in the take. A given cut-off removes everything faster.
     #[arg(long, value_name = "HZ|none", alias = "low-pass")]
     #[serde(alias = "low_pass", deserialize_with = "some_filter")]
     pub filter: Option<FilterChoice>,
 
-    /// The head motion's low-pass filter's cut-off in Hz [default: 8].
+    /// The cut-off of the head motion's low-pass filter in Hz [default: 8].
     #[arg(long, value_name = "HZ", value_parser = parse_rate)]
     #[serde(deserialize_with = "some_rate")]
     pub head_low_pass: Option<f64>,
 
-    /// A frame in which the actor does what an example of the rig shows; can be given many times. From these, the actor's motion becomes the
-    /// rig's, region by region.
+    /// A frame in which the actor does what an example of the rig shows; can be given many times. These
+    /// frames say how the actor's motion becomes the rig's, region by region.
     #[arg(long = "pose", value_name = "EXAMPLE=FRAME", value_parser = parse_pose)]
     #[serde(deserialize_with = "table")]
     pub poses: Vec<(String, usize)>,
 
-    /// For `animate`: by how much wrinkles are turned down or up about a handle or in a region, as `--detail-of`.
+    /// For `animate`: the gains of wrinkles about a handle or in a region, as `--detail-of`.
     #[arg(skip)]
     #[serde(deserialize_with = "gains")]
     pub detail: Vec<(String, f64)>,
@@ -105,8 +109,8 @@ impl Setup {
     /// Reads TAKE.toml.
     ///
     /// # Errors
-    /// [`Error::Input`] names the line: no TOML, an unknown key, a value of the wrong type or out of its range; a table out of
-    /// `reach`; [`Error::Io`].
+    /// [`Error::Input`] names the line: no TOML, an unknown key, a value of the wrong type or out of its
+    /// range; a table out of `reach`; [`Error::Io`].
     pub(crate) fn read(path: &Path, reach: Reach) -> Result<Self> {
         let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
         let wrong = |offset: usize, what: &str| {
@@ -124,7 +128,7 @@ impl Setup {
         Ok(setup)
     }
 
-    /// What tells the setup in a file from others: of its text, and of the table of markers that it names.
+    /// A hash of the setup in a file: of its text, and of the table of markers that it names.
     ///
     /// # Errors
     /// As [`Setup::read`]; [`Error::Io`].
@@ -137,7 +141,7 @@ impl Setup {
         Ok(hash)
     }
 
-    /// What is given here, and what `other` gives where this does not.
+    /// These values, and those of `other` where these are missing.
     pub(crate) fn or(mut self, other: Self) -> Self {
         let given: Vec<String> = self.map.iter().map(|(handle, _)| handle.clone()).collect();
         self.map.extend(other.map.into_iter().filter(|(handle, _)| !given.contains(handle)));

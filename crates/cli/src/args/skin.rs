@@ -1,4 +1,4 @@
-//! How `rhytid render --show skin` is lit and taken.
+//! The light and exposure of `rhytid render --show skin`.
 
 use clap::ValueEnum;
 use rhytid::render::{Lights, Tone};
@@ -6,15 +6,16 @@ use rhytid::render::{Lights, Tone};
 /// For `--show skin`.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct SkinLight {
-    /// Of --show skin: where the key light is, seen from the face: degrees to the picture's right (negative: left), and up.
+    /// For --show skin: the direction of the key light, seen from the face. Degrees to the picture's right
+    /// (negative: left), and up.
     #[arg(long, value_name = "RIGHT,UP", default_value = "-41,33", allow_hyphen_values = true, value_parser = parse_light)]
     pub light: From,
 
-    /// Of --show skin: by so many stops brighter, or darker.
+    /// For --show skin: how many stops brighter (positive) or darker (negative).
     #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_stops)]
     pub exposure: f32,
 
-    /// Of --show skin: how what is bright is shown.
+    /// For --show skin: how bright colours are shown.
     #[arg(long, value_enum, default_value_t = ToneChoice::Neutral)]
     pub tone: ToneChoice,
 }

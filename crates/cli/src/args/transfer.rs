@@ -6,7 +6,7 @@ use std::path::PathBuf;
 /// `rhytid transfer`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Transfer {
-    /// The rig of the face whose wrinkles they are.
+    /// The rig of the face that has the wrinkles.
     #[arg(long, value_name = "A.safetensors")]
     pub from: PathBuf,
 
@@ -21,19 +21,21 @@ pub(crate) struct Transfer {
     #[arg(short, long, value_name = "B.safetensors")]
     pub output: PathBuf,
 
-    /// Which handles are at the same place: CSV with the columns from and to, labels of either face [default: those of the same label].
+    /// Which handles correspond: CSV with the columns from and to, labels of either face [default: handles of
+    /// the same label].
     #[arg(long, value_name = "PAIRS.csv")]
     pub landmarks: Option<PathBuf>,
 
-    /// Carry over all that the first face does, its smooth motion too, not its wrinkles alone.
+    /// Carry over the first face's whole motion with its linear band, not its wrinkles alone.
     #[arg(long)]
     pub with_smooth_band: bool,
 
-    /// The folder to write the examples that are made to, as .obj; made if it does not exist.
+    /// The folder to write the new examples to, as .obj; made if it does not exist.
     #[arg(long, value_name = "DIR")]
     pub examples: Option<PathBuf>,
 
-    /// The folder to write transfer.html, with maps of distances and stretches, and transfer.json to; made if it does not exist.
+    /// The folder to write transfer.html, with maps of distances and stretches, and transfer.json to; made if
+    /// it does not exist.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 

@@ -1,4 +1,4 @@
-//! The values of flags, where they are more than a number or a path.
+//! The values of flags that are more than a number or a path.
 
 use clap::ValueEnum;
 use rhytid::BasisStorage;
@@ -12,13 +12,13 @@ use std::str::FromStr;
 /// `--allow-elsewhere`
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(crate) struct Elsewhere {
-    /// Let files name others outside their own folder, as is right for files of people you trust.
+    /// Let files name other files outside their own folder. Use it for files of people you trust.
     #[arg(long)]
     allow_elsewhere: bool,
 }
 
 impl Elsewhere {
-    /// Where files that others name may be.
+    /// Where the files that other files name may be.
     pub(crate) fn reach(self) -> Reach {
         if self.allow_elsewhere { Reach::Anywhere } else { Reach::Below }
     }
@@ -27,11 +27,11 @@ impl Elsewhere {
 /// `--stage`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum StageChoice {
-    /// The thin shell alone, as it is before any example is seen.
+    /// The thin shell alone, before any example is used.
     Shell,
-    /// The smooth deformation alone, with what was learned of it.
+    /// The smooth deformation with its learned linear band, without wrinkles.
     LargeScale,
-    /// With the folds of the examples.
+    /// Everything, with the wrinkles of the examples.
     Full,
 }
 
@@ -56,7 +56,7 @@ impl From<StorageChoice> for BasisStorage {
 /// `--method`
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum MethodChoice {
-    /// What `solve` makes unless it is told otherwise, with the chapter's in turns.
+    /// The default method of `solve`, in turns with the chapter's.
     Learned,
     /// The chapter's alone.
     Chapter,
@@ -125,7 +125,7 @@ pub enum StepChoice {
     HeadLowPass,
     /// The markers stay where the file has them, in the mesh's unit and axes.
     Align,
-    /// The actor's proportions are taken for the rig's.
+    /// The rig keeps its proportions: the actor's are assumed to be the same.
     Proportions,
     /// Swapped labels are not looked for.
     Swaps,
@@ -133,7 +133,7 @@ pub enum StepChoice {
     Outliers,
     /// Labels that slide off their markers are kept.
     Slides,
-    /// Gaps stay: empty cells in the take that is written.
+    /// Gaps stay: they are empty cells in the written take.
     Gaps,
     /// The markers are not filtered.
     LowPass,
@@ -201,7 +201,7 @@ pub(super) fn rate(number: f64) -> Result<f64, String> {
     if is_sound { Ok(number) } else { Err("expected a number per second, from 0.01 to 10000".to_owned()) }
 }
 
-/// For `--fps`, `--rate` and cut-offs: a number, or one by another, as in 30000/1001.
+/// For `--fps`, `--rate` and cut-offs: a number, or a fraction such as 30000/1001.
 pub(super) fn parse_rate(text: &str) -> Result<f64, String> {
     let number = |text: &str| text.trim().parse::<f64>().unwrap_or(f64::NAN);
     rate(match text.split_once('/') {
@@ -287,7 +287,7 @@ impl<const N: usize> FromStr for Stretch<N> {
         };
         let expected = || format!("expected {form}");
         let (labels, frames) = text.rsplit_once(':').ok_or_else(expected)?;
-        // Of one label a comma is a part.
+        // A single label may contain a comma.
         let labels: Vec<String> = labels.splitn(N, ',').map(|label| label.trim().to_owned()).collect();
         let labels: [String; N] = labels.try_into().map_err(|_| expected())?;
         if labels.iter().any(String::is_empty) || (N > 1 && labels[0] == labels[N - 1]) {

@@ -17,12 +17,12 @@ pub(crate) struct View {
     #[arg(long, value_name = "EDIT.toml", requires = "take")]
     pub edit: Option<PathBuf>,
 
-    /// Numbers at the rig's vertices, to be shown as heat maps: a PLY, as `transfer --report` writes one.
+    /// Numbers at the rig's vertices to show as heat maps: a PLY, as `transfer --report` writes it.
     #[arg(long, value_name = "NUMBERS.ply", requires = "rig")]
     pub numbers: Option<PathBuf>,
 
-    /// Show frames as they come over the network, as OSC bundles; docs/live.md says what is sent. ADDR:PORT, or a port of this machine alone
-    /// [default: 127.0.0.1:9000].
+    /// Show frames as they arrive over the network, as OSC bundles; docs/live.md says what is sent.
+    /// ADDR:PORT, or a port of this machine alone [default: 127.0.0.1:9000].
     #[arg(
         long,
         value_name = "ADDR:PORT",
@@ -32,11 +32,13 @@ pub(crate) struct View {
     )]
     pub listen: Option<SocketAddr>,
 
-    /// The device to evaluate on, as `rhytid devices` names it [default: the one that draws; where that is a software driver, cpu:0].
+    /// The device to evaluate on, as `rhytid devices` names it [default: the one that draws; where that is a
+    /// software driver, cpu:0].
     #[arg(long)]
     pub device: Option<String>,
 
-    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the first that draws into the window].
+    /// The device to draw with, one of the backend wgpu [default: that of --device where it is one, else the
+    /// first that draws into the window].
     #[arg(long)]
     pub draw_on: Option<String>,
 }

@@ -17,10 +17,10 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Stretches that a warning lists.
+/// The number of stretches that a warning lists.
 const STRETCHES: usize = 4;
 
-/// What an animation came to.
+/// The result of an animation.
 pub(super) struct Animated {
     /// Frames written.
     pub frames: usize,
@@ -28,7 +28,7 @@ pub(super) struct Animated {
     pub rate: f64,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
-    /// The device that evaluated them.
+    /// The device that evaluated the frames.
     pub device: DeviceInfo,
     /// Time from the upload of the rig to the finished file.
     pub time: Duration,
@@ -59,7 +59,7 @@ pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
     ))
 }
 
-/// What is to be said of morph targets and their error, as far as there are any.
+/// The words about morph targets and their error, if there are any.
 fn morphs(written: &Written, metres_per_unit: f64) -> String {
     let targets = written.targets.map(|n| format!(", {}", human::counted(n, "morph target")));
     let error = written.error.map(|error| {
@@ -79,8 +79,8 @@ fn morphs(written: &Written, metres_per_unit: f64) -> String {
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
 pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
-    // Known before the long work rather than after it: whether the file can be written.
-    let format = Format::of(&args.output)?;
+    // An unknown format is an error before the long work.
+    let format = Format::from_extension(&args.output)?;
     check_options(args, format)?;
     let count = listen::count(args)?;
     check_files(args)?;
@@ -88,7 +88,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let layers = inputs::layers(args.edit.as_deref(), &rig, &args.reading)?;
     let recipe = recipe(args, format, layers.as_ref())?;
-    // Before what is recorded could be lost by it.
+    // An error here must come before a recording, which would be lost.
     Performance::check(&recipe, &rig).map_err(|error| error.in_file(args.rig.display()))?;
     masks::check(args, &rig, &recipe)?;
     let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
@@ -137,7 +137,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     })
 }
 
-/// That the inputs are what they should be, and that every output can be written and is none of them.
+/// Checks that the inputs are of the right kinds, and that every output can be written and is no input.
 fn check_files(args: &args::Animate) -> Result<()> {
     match &args.take {
         Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
@@ -177,10 +177,10 @@ fn warn_head_left_out(args: &args::Animate, format: Format, take: &Take) {
     }
 }
 
-/// The recipe that the options say; of which frames is known with the take.
+/// The recipe of the options. The frames are known only with the take.
 fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Result<Recipe> {
     let mut channels = args.channels.0.clone();
-    // What there is anyway is left out where there is no place for it.
+    // A default channel is left out if the format has no place for it.
     let lacks = |kind: &ChannelKind| kind.is_default() && !format.carries(*kind);
     ChannelKind::ALL.into_iter().filter(lacks).for_each(|kind| channels.set(kind, false));
     Ok(Recipe {
@@ -202,7 +202,7 @@ fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Resu
     })
 }
 
-/// What is too little to be seen, in millimetres.
+/// A smaller motion, in millimetres, cannot be seen.
 const SEEN_MM: f64 = 0.1;
 
 /// What a correction did in the frames of a selection.
@@ -228,7 +228,7 @@ fn corrected(correction: &Correction, moved: &[f64], selection: &Selection, metr
     )
 }
 
-/// Warns once of all frames of `range` that are far outside what the examples show; says whether there are any.
+/// Warns once about all frames of `range` that are far outside the examples. Returns whether there are any.
 fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<bool> {
     if rig.learned().is_none() || rig.examples().names.is_empty() {
         return Ok(false);
@@ -277,7 +277,7 @@ fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
     Regions::by_groups(rig.vertices(), &mesh::read_groups(&neutral, &args.rig, path)?)
 }
 
-/// The gains by region: those of the command's line, and those of TAKE.toml of other regions.
+/// The gains by region: those of the command line, and those of TAKE.toml for other regions.
 fn gains(args: &args::Animate) -> Result<Gains> {
     let setup = inputs::setup(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
     let given = |region: &String| args.detail_of.iter().any(|(other, _)| other == region);
@@ -287,7 +287,7 @@ fn gains(args: &args::Animate) -> Result<Gains> {
     Ok(Gains(gains))
 }
 
-/// Options that this take leaves nothing to do for: scripts give them to every take.
+/// Reports options that have no effect on this take. That is no error, since scripts give them to every take.
 fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
     let take_path = args.take.as_deref().unwrap_or(Path::new("what came")).display();
     if args.fade_detail && take.confidence.is_none() && !is_far {

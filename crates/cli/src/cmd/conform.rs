@@ -11,8 +11,8 @@ use rhytid::conformance::{
 use rhytid::core::DeviceInfo;
 use rhytid::core::Method;
 use rhytid::devices::Guard;
+use rhytid::devices::Heartbeat;
 use rhytid::devices::PATIENCE;
-use rhytid::devices::Signs;
 use rhytid::devices::answer;
 use rhytid::devices::backends::Found;
 use rhytid::devices::devices;
@@ -23,11 +23,13 @@ use serde::{Deserialize, Serialize};
 use std::process::ExitCode;
 use std::time::Duration;
 
-/// Runs the suite and reports. The exit code says whether every device passed and none that `REQUIRE_BACKENDS` or
-/// `REQUIRE_DEVICES` name is missing.
+/// Runs the suite and reports.
+///
+/// The exit code says whether every device passed and no device is missing that `REQUIRE_BACKENDS` or
+/// `REQUIRE_DEVICES` names.
 ///
 /// # Errors
-/// [`Error::Device`] if the device that was asked for is absent; [`Error::Io`] from writing; [`Error::Cancelled`].
+/// [`Error::Device`] if the requested device is absent; [`Error::Io`] from writing; [`Error::Cancelled`].
 pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     let suite = if args.quick { Suite::Quick } else { Suite::Full };
     let (devices, without_device) = match &args.device {
@@ -49,13 +51,13 @@ pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     Ok(if report.passed() { ExitCode::SUCCESS } else { ExitCode::from(exit_code::OURS) })
 }
 
-/// A case takes so long at most, whatever else a machine does.
+/// The time limit of a case, also on a busy machine.
 const CASE: Duration = PATIENCE.saturating_mul(2);
 
-/// A large case takes so long at most: the chapter's face takes SwiftShader 19 s on two cores.
+/// The time limit of a large case. The chapter's face takes SwiftShader 19 s on two cores.
 const LARGE_CASE: Duration = PATIENCE.saturating_mul(20);
 
-/// Times are taken for so long at most: a device that got there has passed everything.
+/// The time limit of the times. A device that got there has passed every case.
 const TIMES: Duration = Duration::from_secs(600);
 
 /// Runs the suite on a device behind the guard, so that a driver that crashes or hangs is an outcome.
@@ -91,7 +93,7 @@ const FULL: &str = "full";
 const LARGE: &str = "large";
 const USUAL: &str = "usual";
 
-/// What a child found out: the parts of a [`DeviceReport`] that are not known before.
+/// A child's findings: the parts of a [`DeviceReport`] that the parent does not know.
 #[derive(Serialize, Deserialize)]
 struct Conformance {
     wall_seconds: f64,
@@ -118,13 +120,15 @@ pub(super) fn look(request: &[String]) -> Result<()> {
     let suite = if suite == QUICK { Suite::Quick } else { Suite::Full };
     let found = found(&info, suite, |is_large, done, total| {
         let size = if is_large { LARGE } else { USUAL };
-        Signs.tell(&if done < total { format!("{size} {done} {total}") } else { "times".to_owned() });
+        Heartbeat.tell(&if done < total { format!("{size} {done} {total}") } else { "times".to_owned() });
     });
-    Signs.answer(&toml::to_string(&found).map_err(|error| Error::Internal(error.to_string()))?)
+    Heartbeat.answer(&toml::to_string(&found).map_err(|error| Error::Internal(error.to_string()))?)
 }
 
-/// Runs the suite, and times the stages of a device that passes the full one; `before` is told whether the next case is a large one,
-/// how many are done, and of how many: all of them before the times.
+/// Runs the suite, and times the stages of a device that passes the full one.
+///
+/// `before` is told whether the next case is large, the number of finished cases and their total. Before the
+/// times both numbers are equal.
 fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(bool, usize, usize)) -> Conformance {
     let device = match rhytid::devices::backends::open(info) {
         Ok(device) => device,
@@ -141,13 +145,13 @@ fn found(info: &DeviceInfo, suite: Suite, before: impl Fn(bool, usize, usize)) -
     if suite == Suite::Full && report.passed() {
         before(false, 1, 1);
         let rig = sized_rig(Size::CHAPTER, Method::default());
-        // A device that cannot hold the face has no times.
+        // A device that is too small for the face has no times.
         times = bench::stage_times(info, &rig, &Memory::new()).unwrap_or_default();
     }
     Conformance { wall_seconds: report.wall_seconds, outcomes: report.outcomes, times }
 }
 
-/// The outcomes of the backends, and of the devices that are required, that are not here.
+/// The outcomes of required backends and devices that are missing.
 fn without_device(found: &Found) -> Result<Vec<Outcome>> {
     let (required, names) = (required_backends(), rhytid::devices::backends::names());
     let unknown = unknown_backends(&required, &names);

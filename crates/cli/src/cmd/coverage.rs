@@ -14,10 +14,10 @@ use rhytid::playback::Playback;
 use rhytid::{Error, NoProgress, Result, Rig, Take};
 use std::path::Path;
 
-/// Regions that are named for a scan.
+/// The number of regions named for a scan.
 const NAMED: usize = 3;
 
-/// Prints what of the take no example shows, and the scans to make.
+/// Prints the parts of the take that no example shows, and the scans to make.
 ///
 /// # Errors
 /// As reading the rig and the take, and as [`coverage::coverage`].

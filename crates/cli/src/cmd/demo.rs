@@ -16,7 +16,7 @@ use rhytid::{Error, Face, Progress, Result, Take};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// No animated file is to become larger than about this: longer ones are cut to a range of frames.
+/// The largest size of an animated file in bytes, roughly. Longer takes are cut to a range of frames.
 const MAX_FILE_BYTES: usize = 1_000_000_000;
 
 /// An animated file.
@@ -27,13 +27,13 @@ struct Animation {
     compressed: bool,
 }
 
-/// A web page can hold no target for each frame, so what is for it is compressed.
+/// A web page cannot hold a target for each frame, so its file is compressed.
 const ANIMATIONS: [Animation; 2] = [
     Animation { file: "face.usd", bytes_per_vertex: 24, compressed: false },
     Animation { file: "face.glb", bytes_per_vertex: 24, compressed: true },
 ];
 
-/// The film, which is to be a small part of the whole on two processors.
+/// The film. It should take a small part of the whole time on two processors.
 #[cfg(feature = "film")]
 const FILM_FRAMES: usize = 60;
 #[cfg(feature = "film")]
@@ -65,7 +65,7 @@ impl Steps {
     }
 }
 
-/// Makes a face and a performance, writes them as files, and goes the way of `solve` and `animate` with these.
+/// Makes a face and a performance, writes them as files, and runs `solve` and `animate` on these files.
 ///
 /// # Errors
 /// [`Error::Io`] if the folder cannot be written; [`Error::Input`] if the user stops it.
@@ -180,7 +180,7 @@ fn animate(
     Ok(())
 }
 
-/// A sheet or a film, where something here draws.
+/// A sheet or a film, if this machine can draw.
 #[cfg(feature = "wgpu")]
 fn draw(
     dir: &Path,
@@ -240,7 +240,7 @@ fn draw(
     }
 }
 
-/// Writes the meshes, the handles, the project file and the take; says which.
+/// Writes the meshes, the handles, the project file and the take. Returns a line about them.
 fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String> {
     let meshes = 1 + face.examples.len() as u64;
     let report = |done| {
@@ -301,7 +301,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
     })
 }
 
-/// All frames, or as many as a file has room for.
+/// All frames, or as many as fit into a file.
 fn range(face: &Face, take: &Take, bytes_per_vertex: usize) -> FrameRange {
     let room = MAX_FILE_BYTES / (face.neutral.positions.len() * bytes_per_vertex).max(1);
     around_strongest(face, take, room.max(1))
@@ -330,7 +330,7 @@ fn strongest_frame(face: &Face, take: &Take) -> usize {
 
 fn next_steps(dir: &Path) -> String {
     let dir = dir.display();
-    // As it was called, so that the lines can be pasted also where it is not on the path.
+    // The program's name as it was called, so that the lines can be pasted even if it is not on the path.
     let rhytid = std::env::args().next().unwrap_or_else(|| "rhytid".to_owned());
     format!(
         "\nNext:

@@ -10,7 +10,7 @@ use rhytid::formats::sequence::Sequence;
 use rhytid::formats::{mesh, project, tables};
 use rhytid::{Face, Result, Rig};
 
-/// Regions that are named on a line.
+/// The number of regions named on a line.
 const NAMED: usize = 4;
 
 /// Solves the face, evaluates it, and says what was found.
@@ -21,7 +21,7 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     inputs::project(&args.project, "rhytid evaluate FACE.toml")?;
     let device = inputs::named_device(&args.device)?;
     let face = ui.timed("read", || project::read(&args.project, args.elsewhere.reach())).0?;
-    // Before the solve, so that a mistake is told at once.
+    // Before the solve, so that a mistake is reported at once.
     let meshes = args
         .truth
         .as_ref()
@@ -102,7 +102,7 @@ fn comparison(Comparison { method, errors: e, fold_band_rms_mm }: &Comparison) -
     [(*method).into(), rms, p95, p99_9, worst, folds, regions(e)]
 }
 
-/// The regions where most is wrong.
+/// The regions with the largest errors.
 fn regions(errors: &Errors) -> String {
     let worst = errors.regions.iter().take(NAMED);
     worst.map(|r| format!("{} {}", r.region, mm(r.rms_mm))).collect::<Vec<_>>().join(", ")

@@ -25,7 +25,7 @@ pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     let time = take.times[0];
     let handles = take.handle_positions(&rig.handles().labels)?;
     let (handles, _) = handles.as_chunks();
-    let explain = |&vertex: &usize| Ok(Explained::of(vertex, &rig.explain(vertex, handles)?, &rig));
+    let explain = |&vertex: &usize| Ok(Explained::new(vertex, &rig.explain(vertex, handles)?, &rig));
     let vertices: Vec<Explained> = args.vertex.iter().map(explain).collect::<Result<_>>()?;
     ui.clear();
     let folds_along = if rig.vector_folds() { "mesh axes" } else { "tangent, bitangent, normal" };
@@ -36,22 +36,22 @@ pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     output::say(&texts.collect::<Vec<_>>().join("\n\n"))
 }
 
-/// What is printed.
+/// The JSON that is printed.
 #[derive(Serialize)]
 struct Report {
     frame: usize,
     /// In seconds.
     time: f64,
-    /// What the three numbers of folds are along.
+    /// The axes of the three numbers of folds.
     folds_along: &'static str,
     vertices: Vec<Explained>,
 }
 
-/// What drives a vertex, all of it, the most first.
+/// Everything that drives a vertex, the largest first.
 #[derive(Serialize)]
 struct Explained {
     vertex: usize,
-    /// The handle that it is, if it is one.
+    /// The vertex's handle, if it is one.
     handle: Option<String>,
     follows: Vec<Weight>,
     strain_edges: Vec<Edge>,
@@ -59,7 +59,7 @@ struct Explained {
     from_rest: f64,
     /// The nearest first.
     examples: Vec<Example>,
-    /// Of all examples together.
+    /// The wrinkles of all examples together.
     folds_mm: [f64; 3],
 }
 
@@ -84,7 +84,7 @@ struct Example {
 }
 
 impl Explained {
-    fn of(vertex: usize, explanation: &Explanation, rig: &Rig) -> Self {
+    fn new(vertex: usize, explanation: &Explanation, rig: &Rig) -> Self {
         let millimetres = |fold: [f64; 3]| fold.map(|x| x * 1e3 * rig.surface().metres_per_unit);
         let label = |handle: HandleId| rig.handles().labels[handle.index()].clone();
         let weights = |shares: &[HandleShare]| {

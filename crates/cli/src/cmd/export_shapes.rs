@@ -17,7 +17,7 @@ use rhytid::playback::{Playback, handle_shapes};
 /// [`rhytid::Error::Device`]; [`rhytid::Error::Cancelled`].
 pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     inputs::expect(&args.rig, &[FileKind::Rig], "rhytid export-shapes RIG -o OUT.glb")?;
-    Format::of(&args.output)?;
+    Format::from_extension(&args.output)?;
     refuse_inputs(&[&args.output], [&*args.rig])?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
@@ -29,7 +29,7 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     let devices = inputs::devices(device, ui)?;
     let mut playback = Playback::new(&rig, &devices, rig.examples().names.len())?;
     let rest_normals = if args.no_normals { None } else { Some(playback.rest_normals()?) };
-    // Three shapes for each handle are many: normals would double what has to be held.
+    // Three shapes for each handle are many. Their normals would double the memory.
     let moving_normals = rest_normals.as_deref().filter(|_| !args.handles);
     let mut shapes = playback.example_shapes(moving_normals, ui)?;
     if args.handles {

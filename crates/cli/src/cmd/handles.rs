@@ -14,10 +14,10 @@ use rhytid::solve::Skin;
 use rhytid::{Error, Face, InputErrorKind, Result};
 use std::path::{Path, PathBuf};
 
-/// A marker that was laid farther from its vertex, in millimetres, is red in the picture.
+/// A marker that was laid farther from its vertex than this, in millimetres, is red in the picture.
 const FAR: f64 = 8.0;
 
-/// Handles that are named in the summary, the farthest first.
+/// Handles named in the summary, the farthest first.
 const NAMED: usize = 5;
 
 /// Places handles, writes their table and a picture, and says how far each had to be moved.
@@ -76,7 +76,7 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     output::say(&format!("{}: {lines}{look}", table.display()))
 }
 
-/// Draws the face with its handles, where something draws; whether it did.
+/// Draws the face with its handles, if a device can draw. Returns whether it did.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -87,7 +87,7 @@ pub(super) fn draw(picture: &Path, face: &Face, doubtful: &[bool], markers: &[[f
     })
 }
 
-/// The table to write: what the project names, unless it is there.
+/// The table to write: the one that the project names, if it does not exist.
 fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
     if let Some(output) = &args.output {
         return Ok(output.clone());
@@ -124,7 +124,7 @@ fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
             vertices.saturating_sub(1)
         )));
     }
-    let skin = Skin::of(face)?;
+    let skin = Skin::from_face(face)?;
     let kept: Vec<VertexId> = args.at.iter().map(|at| VertexId(at.vertex)).collect();
     let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
     let mut labels = skin.labels(&vertices);

@@ -1,4 +1,4 @@
-//! `rhytid animate --listen`: the take that comes.
+//! `rhytid animate --listen`: the take that arrives.
 
 use crate::args::{Animate, FramesChoice};
 use crate::progress::Ui;
@@ -10,9 +10,9 @@ use rhytid::live::{Counts, Receiver, Recording, record};
 use rhytid::{Error, Result, Rig, Take};
 use std::time::Duration;
 
-/// How long a frame is waited for.
+/// How long to wait for a frame.
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Labels that a warning lists.
+/// The number of labels that a warning lists.
 const LABELS: usize = 8;
 
 /// How many frames to record; `None` where there is a take.
@@ -33,10 +33,11 @@ pub(super) fn count(args: &Animate) -> Result<Option<usize>> {
     }
 }
 
-/// Records a take of `rig`'s handles, and writes it where that is wanted.
+/// Records a take of `rig`'s handles, and writes it if requested.
 ///
 /// # Errors
-/// [`Error::Input`] if the address cannot be listened at, if nothing comes, or nothing of this rig; [`Error::Io`]; [`Error::Cancelled`].
+/// [`Error::Input`] if the address cannot be listened at, or if nothing or nothing of this rig arrives;
+/// [`Error::Io`]; [`Error::Cancelled`].
 pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<Take> {
     let address = args.live.listen.ok_or_else(|| Error::Internal("nowhere to listen".into()))?;
     let rest: Vec<[f32; 3]> =
@@ -79,7 +80,7 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
     Ok(recording.take)
 }
 
-/// What stands in the animation though nobody saw it, and positions that are those of another space.
+/// Warns about positions that were never received, and about positions in another space.
 fn warn(recording: &Recording, rig: &Rig) {
     if !recording.unseen.is_empty() {
         let listed = recording.unseen.iter().take(LABELS).map(String::as_str).collect::<Vec<_>>().join(", ");
@@ -90,7 +91,7 @@ fn warn(recording: &Recording, rig: &Rig) {
             human::counted(rig.handles().labels.len(), "handle")
         );
     }
-    if let Some(misfit) = misfit(&recording.take, &Target::of(rig)) {
+    if let Some(misfit) = misfit(&recording.take, &Target::from_rig(rig)) {
         log::warn!(
             "what came: {misfit}; send positions in the mesh's unit and axes, without the head's motion"
         );

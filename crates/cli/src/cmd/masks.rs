@@ -17,7 +17,7 @@ pub(super) struct Masks {
     next: usize,
 }
 
-/// Where the pictures go, with `{frame}` in its name where each frame has one; `None` where nobody asked.
+/// The pictures' path, with `{frame}` in its name if each frame has one; `None` without `--masks`.
 fn pictures(args: &args::Animate) -> Option<PathBuf> {
     args.masks?;
     Some(args.masks_to.clone().unwrap_or_else(|| args.output.with_extension("masks.png")))
@@ -30,7 +30,7 @@ fn curves(pictures: &Path) -> PathBuf {
     pictures.with_file_name(format!("{}.csv", if stem.is_empty() { "masks" } else { stem }))
 }
 
-/// The files that will be written, but for one a frame.
+/// The files to write, except those of single frames.
 pub(super) fn outputs(args: &args::Animate) -> Vec<PathBuf> {
     let Some(pictures) = pictures(args) else { return Vec::new() };
     let curves = curves(&pictures);
@@ -41,7 +41,7 @@ fn is_sequence(pictures: &Path) -> bool {
     pictures.to_string_lossy().contains(FRAME)
 }
 
-/// Whether there can be masks, if they are asked for.
+/// Checks that the requested masks are possible.
 ///
 /// # Errors
 /// [`Error::Input`] if the name is not that of a picture, or as [`WrinkleMasks::new`].
@@ -60,7 +60,7 @@ pub(super) fn check(args: &args::Animate, rig: &Rig, recipe: &Recipe) -> Result<
 }
 
 impl Masks {
-    /// `None` where nobody asked.
+    /// `None` if no masks are requested.
     ///
     /// # Errors
     /// As [`check`], and [`Playback::example_folds`].
@@ -89,7 +89,7 @@ impl Masks {
         Ok(Some(Self { masks, to, next: performance.selection.first }))
     }
 
-    /// Adds a frame, and writes its picture where each has one.
+    /// Adds a frame, and writes its picture if each frame has one.
     ///
     /// # Errors
     /// As [`WrinkleMasks::write_frame`].
@@ -102,7 +102,7 @@ impl Masks {
         Ok(())
     }
 
-    /// Writes what is written once all frames are known, and says what was written.
+    /// Writes the files that need all frames. Returns a line about them.
     ///
     /// # Errors
     /// As [`WrinkleMasks::write_masks`] and [`WrinkleMasks::write_curves`].

@@ -12,7 +12,8 @@ use rhytid::{Error, Face, InputErrorKind, Result};
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
-/// Names of folders beside a neutral that expressions are looked for in; the neutral's own folder is the last.
+/// Names of folders beside the neutral in which expressions are searched. The neutral's own folder comes
+/// last.
 const FOLDERS: [&str; 6] = ["poses", "examples", "expressions", "scans", "shapes", "blendshapes"];
 
 /// Units of meshes, in the order in which they are tried.
@@ -24,16 +25,16 @@ const UNITS: [(Units, &str); 5] = [
     (Units::Inches, "in"),
 ];
 
-/// What faces and heads, with or without shoulders, measure across, in metres.
+/// The size of faces and heads, with or without shoulders, in metres across.
 const SIZES: std::ops::Range<f64> = 0.15..0.9;
 
-/// Handles where there is no take.
+/// The number of handles without a take.
 const HANDLES: usize = 90;
 
-/// Writes a project file and its table of handles, says what was decided, and what to do next.
+/// Writes a project file and its table of handles, and says what was decided and what comes next.
 ///
 /// # Errors
-/// [`Error::Input`] if the folder has a project already, or of the files; [`Error::Io`].
+/// [`Error::Input`] if the folder already has a project, or from the files; [`Error::Io`].
 pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     inputs::expect(&args.neutral, &[FileKind::Mesh, FileKind::Gltf], "rhytid new NEUTRAL.obj -o FOLDER")?;
     let folder = args.output.as_deref().or(args.neutral.parent()).unwrap_or(Path::new(""));
@@ -105,7 +106,8 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     say(folder, elsewhere, &face, unit_name, &left_out, handles, take.as_deref())
 }
 
-/// What was decided, and what comes next. `elsewhere` is the flag that the solve needs for files beside the project's folder, or nothing.
+/// The decisions and the next commands. `elsewhere` is the flag that the solve needs for files outside the
+/// project's folder, or empty.
 fn say(
     folder: &Path,
     elsewhere: &str,
@@ -144,7 +146,7 @@ fn say(
     ))
 }
 
-/// Meshes with the neutral's vertices, and those that have others.
+/// Meshes with the neutral's vertices, and meshes with other vertices.
 fn examples(args: &args::New, neutral: &Mesh) -> (Vec<(PathBuf, Example)>, Vec<PathBuf>) {
     let beside = args.neutral.parent().unwrap_or(Path::new(""));
     let found = FOLDERS.iter().map(|name| beside.join(name)).find(|folder| folder.is_dir());
@@ -154,7 +156,7 @@ fn examples(args: &args::New, neutral: &Mesh) -> (Vec<(PathBuf, Example)>, Vec<P
         std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
     files.sort();
     let is_neutral = |path: &PathBuf| path.canonicalize().ok() == args.neutral.canonicalize().ok();
-    files.retain(|path| FileKind::of(path) == Some(FileKind::Mesh) && !is_neutral(path));
+    files.retain(|path| FileKind::detect(path) == Some(FileKind::Mesh) && !is_neutral(path));
     let (mut examples, mut left_out) = (Vec::new(), Vec::new());
     for path in files {
         match mesh::read_like(neutral, &args.neutral, &path) {
@@ -174,7 +176,7 @@ fn take_beside(neutral: &Path) -> Option<PathBuf> {
     let mut files: Vec<PathBuf> =
         std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).collect();
     files.sort();
-    files.into_iter().find(|path| matches!(FileKind::of(path), Some(FileKind::RawTake | FileKind::Take)))
+    files.into_iter().find(|path| matches!(FileKind::detect(path), Some(FileKind::RawTake | FileKind::Take)))
 }
 
 fn across(mesh: &Mesh) -> f64 {
@@ -182,7 +184,7 @@ fn across(mesh: &Mesh) -> f64 {
     (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
 }
 
-/// The unit that is named, or in which the neutral has the size of a head.
+/// The unit that was given, else the one in which the neutral has the size of a head.
 fn unit(neutral: &Mesh, args: &args::New) -> Result<(Units, &'static str)> {
     let across = across(neutral);
     if let Some(unit) = args.unit {
@@ -201,18 +203,18 @@ fn unit(neutral: &Mesh, args: &args::New) -> Result<(Units, &'static str)> {
     )
 }
 
-/// The face with its handles, its up axis the one that suits, and how far each handle is from its marker.
+/// The face with its handles and its best up axis, and the distance of each handle from its marker.
 fn placed(mut face: Face, raw: Option<&RawTake>) -> Result<(Face, Option<Vec<f64>>)> {
     let Some(raw) = raw else {
-        let skin = Skin::of(&face).or_else(|_| {
+        let skin = Skin::from_face(&face).or_else(|_| {
             face.up_axis = UpAxis::Z;
-            Skin::of(&face)
+            Skin::from_face(&face)
         })?;
         let vertices = skin.spread(HANDLES, &[]);
         face.handles = Handles { labels: skin.labels(&vertices), vertices };
         return Ok((face, None));
     };
-    // The right axis is that in which the markers fit.
+    // The right axis is the one in which the markers fit.
     let mut with = |up_axis: UpAxis| {
         face.up_axis = up_axis;
         place_handles(&face, raw, &HandleSettings::default())
@@ -261,7 +263,7 @@ fn project_text(
     Ok(text)
 }
 
-/// A text in TOML; in single quotes where it can be, so that backslashes are what they are.
+/// A text in TOML. It is in single quotes if possible, so that backslashes stay as they are.
 fn toml_text(text: &str) -> String {
     if text.contains('\'') || text.contains(char::is_control) {
         toml::Value::from(text).to_string()
@@ -270,7 +272,7 @@ fn toml_text(text: &str) -> String {
     }
 }
 
-/// A file as seen from a folder; as it is where they have nothing in common.
+/// A file's path relative to a folder; unchanged if they have nothing in common.
 fn relative(folder: &Path, file: &Path) -> String {
     let absolute = |path: &Path| std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let (from, to) = (absolute(folder), absolute(file));

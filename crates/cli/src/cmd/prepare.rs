@@ -61,7 +61,7 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     ))
 }
 
-/// The marker of each handle, as it was taken.
+/// The marker of each handle, as the clean-up assigned it.
 fn markers(report: &Report, matches: &[Match]) -> Vec<MarkerRow> {
     let row = |(i, handle): (usize, &String)| {
         let marker = report.setup.markers[i].clone();
@@ -72,7 +72,8 @@ fn markers(report: &Report, matches: &[Match]) -> Vec<MarkerRow> {
     report.labels.iter().enumerate().map(row).collect()
 }
 
-/// How much larger and smaller than the rest of the face regions of the rig are, compared with the actor's.
+/// The smallest and the largest size of the rig's regions, compared with the actor's and with the rest of the
+/// face.
 fn regions(scales: &[f64]) -> String {
     let least = scales.iter().copied().fold(1.0, f64::min);
     let most = scales.iter().copied().fold(1.0, f64::max);

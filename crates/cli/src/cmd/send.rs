@@ -12,7 +12,8 @@ use std::time::Instant;
 /// Sends a take, and says what was sent.
 ///
 /// # Errors
-/// [`Error::Input`] and [`Error::Io`] from reading and sending; [`Error::Cancelled`] if it was stopped before the take's end.
+/// [`Error::Input`] and [`Error::Io`] from reading and sending; [`Error::Cancelled`] if it was stopped before
+/// the take's end.
 pub(super) fn run(args: &args::Send, ui: &Ui) -> Result<()> {
     inputs::expect(&args.take, &[FileKind::Take, FileKind::RawTake], "rhytid send TAKE")?;
     if args.take.exists() && !raw_take::is_take_csv(&args.take) {

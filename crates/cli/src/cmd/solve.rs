@@ -12,32 +12,32 @@ use rhytid::core::human;
 use rhytid::core::rig_file;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
-use rhytid::playback::{ComesBack, comes_back, what_changes};
-use rhytid::solve::{Account, Candidate, FreePart, Report, Severity};
+use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
+use rhytid::solve::{Candidate, FreePart, Report, Severity, SolveReport};
 use rhytid::{Error, Face, Progress, Result, Rig};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// Frames in which a rig is compared with what it was before, at most.
+/// Largest number of frames in which a rig is compared with its earlier version.
 const COMPARED: usize = 200;
 
-/// What is too little to be seen, in metres.
+/// A smaller motion, in metres, cannot be seen.
 const SEEN: f64 = 1e-4;
 
-/// Parts without a handle that are named: a head has dozens, teeth and lashes.
+/// The number of parts without a handle that are named. A head has dozens, such as teeth and lashes.
 const PARTS_NAMED: usize = 8;
 
-/// What a solve came to.
+/// The result of a solve.
 pub(super) struct Solved {
     /// The rig as it was written.
     pub rig: Rig,
-    /// What was found on the way.
-    pub account: Account,
+    /// The findings of the solve.
+    pub report: SolveReport,
     /// How near the rig is to the scans.
-    pub scans: Vec<ComesBack>,
-    /// What examples that were sculpted change, where there are any.
+    pub scans: Vec<ExampleResiduals>,
+    /// What sculpted examples change, if there are any.
     pub sculpted: Option<String>,
-    /// Time to read the project and its meshes; 0 where that is not of the solve.
+    /// Time to read the project and its meshes; 0 if reading is no part of the solve.
     pub reading: Duration,
     /// Time of the doctor.
     pub examining: Duration,
@@ -80,7 +80,7 @@ pub(super) fn say(solved: &Solved, written: &Path, ui: &Ui) -> Result<()> {
         human::duration(solved.solving),
         human::bytes(solved.bytes)
     ))?;
-    for line in account_lines(&solved.account, rig.surface().metres_per_unit) {
+    for line in report_lines(&solved.report, rig.surface().metres_per_unit) {
         output::say(&line)?;
     }
     output::say(&output::table(&scan_rows(&solved.scans, rig.surface().metres_per_unit)))?;
@@ -122,15 +122,15 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
     Ok(solved)
 }
 
-/// From a face to a rig file, whose name [`check_output`] found good.
+/// From a face to a rig file. [`check_output`] has already accepted its name.
 ///
 /// # Errors
 /// As [`solve`].
 pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
-    let (report, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
-    show(&report, ui)?;
+    let (found, examining) = ui.timed("examine", || rhytid::solve::examine(&face));
+    show(&found, ui)?;
     let (solved, solving) = timed(|| rhytid::solve::solve_in_full(&face, false, ui));
-    let rhytid::solve::Solved { rig, account, .. } = solved?;
+    let rhytid::solve::Solved { rig, report, .. } = solved?;
     if ui.cancelled() {
         return Err(Error::Cancelled);
     }
@@ -140,10 +140,10 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
         rig_file::write(output, &rounded).map(|()| rounded)
     });
     let rig = written?;
-    // A rig that is too large to be held twice is none the worse for it.
+    // A rig that is too large to be held twice is still fine without the comparison.
     let compared = ui.timed("compare with the scans", || {
         let processor = inputs::processor()?;
-        comes_back(&rig, &face, &account.misplaced, &[processor])
+        example_residuals(&rig, &face, &report.misplaced, &[processor])
     });
     let scans = compared.0.unwrap_or_else(|error| {
         log::warn!("not compared with the scans: {}", remedy::of_error(&error));
@@ -153,7 +153,7 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
     let bytes = std::fs::metadata(output).map_err(Error::io(output))?.len();
     Ok(Solved {
         rig,
-        account,
+        report,
         scans,
         sculpted: None,
         reading: Duration::ZERO,
@@ -164,7 +164,8 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
     })
 }
 
-/// What examples that were sculpted, of these names, change in other frames of a take: the face `without` them is solved, too.
+/// What the sculpted examples of these names change in other frames of a take. The face `without` them is
+/// solved for the comparison.
 fn what_is_sculpted(
     without: &Face,
     names: &[&str],
@@ -179,7 +180,7 @@ fn what_is_sculpted(
     let mut frames: Vec<usize> = (0..take.frames()).step_by(step).chain([frame]).collect();
     frames.sort_unstable();
     frames.dedup();
-    let mut changes = what_changes([&before, rig], &take, &frames, &[inputs::processor()?])?;
+    let mut changes = rig_diff([&before, rig], &take, &frames, &[inputs::processor()?])?;
     let millimetres = |x: f64| human::number((x * rig.surface().metres_per_unit * 1e5).round() / 1e2);
     let of_itself = changes.iter().find(|change| change.frame == frame).map_or(0.0, |change| change.worst);
     changes.retain(|change| change.frame != frame);
@@ -207,10 +208,10 @@ fn what_is_sculpted(
     Ok(words)
 }
 
-/// What was chosen and what of, and what becomes of the parts without a handle: a line each.
-fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
+/// A line for each choice with its basis, and for the fate of parts without a handle.
+fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
     let mut lines = Vec::new();
-    for found in &account.misplaced {
+    for found in &report.misplaced {
         let millimetres = found.moved * metres_per_unit * 1e3;
         lines.push(format!(
             "example {} was put into the neutral's place: turned back by {}°, moved by {} mm",
@@ -219,13 +220,13 @@ fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
             human::number((millimetres * 1e3).round() / 1e3)
         ));
     }
-    if account.pins > 0 {
+    if report.pins > 0 {
         lines.push(format!(
             "pinned, so that they stay where they are: {} vertices",
-            human::count(account.pins)
+            human::count(report.pins)
         ));
     }
-    if let Some((chosen, others)) = account.candidates.split_first() {
+    if let Some((chosen, others)) = report.candidates.split_first() {
         let named = |candidate: &Candidate| {
             format!("share {}, ridge {}", human::number(candidate.share), human::number(candidate.ridge))
         };
@@ -245,7 +246,7 @@ fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
         lines.push(line);
     }
     for (what, rigid) in [("move as solids", true), ("follow the closest skin", false)] {
-        let parts: Vec<&FreePart> = account.parts.iter().filter(|part| part.rigid == rigid).collect();
+        let parts: Vec<&FreePart> = report.parts.iter().filter(|part| part.rigid == rigid).collect();
         let named = parts
             .iter()
             .take(PARTS_NAMED)
@@ -262,10 +263,10 @@ fn account_lines(account: &Account, metres_per_unit: f64) -> Vec<String> {
     lines
 }
 
-/// How well rest and examples come back.
-fn scan_rows(scans: &[ComesBack], metres_per_unit: f64) -> Vec<[String; 2]> {
+/// Rows with the errors at which the rig reproduces the rest pose and the examples.
+fn scan_rows(scans: &[ExampleResiduals], metres_per_unit: f64) -> Vec<[String; 2]> {
     let millimetres = |x: f64| human::number((x * metres_per_unit * 1e6).round() / 1e3);
-    let row = |scan: &ComesBack| {
+    let row = |scan: &ExampleResiduals| {
         let name = scan.example.clone().unwrap_or_else(|| "rest".to_owned());
         let (rms, worst) = (millimetres(scan.rms), millimetres(scan.worst));
         [name, format!("comes back within {rms} mm (RMS), {worst} mm at vertex {}", scan.vertex)]
@@ -273,7 +274,7 @@ fn scan_rows(scans: &[ComesBack], metres_per_unit: f64) -> Vec<[String; 2]> {
     scans.iter().map(row).collect()
 }
 
-/// Whether the rig file can be written: known before the long work rather than after it.
+/// Checks that the rig file can be written, before the long work.
 pub(super) fn check_output(output: &Path) -> Result<()> {
     if output.extension().is_none_or(|ending| ending != "safetensors") {
         return Err(Error::unsupported_format(format!(
@@ -284,7 +285,7 @@ pub(super) fn check_output(output: &Path) -> Result<()> {
     AtomicFile::create(output).map(drop)
 }
 
-/// Prints what the doctor saw; its errors stop.
+/// Prints the doctor's findings. Errors among them stop the command.
 fn show(report: &Report, ui: &Ui) -> Result<()> {
     let (errors, others): (Vec<_>, Vec<_>) =
         report.findings.iter().partition(|finding| finding.severity == Severity::Error);

@@ -6,7 +6,7 @@ use rhytid::Result;
 use rhytid::core::human;
 use rhytid::formats::usd;
 
-/// Writes the file that plays the parts one after the other, and says what they came to.
+/// Writes the file that plays the parts one after the other, and prints a summary.
 ///
 /// # Errors
 /// As [`usd::stitch`].

@@ -6,7 +6,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::{Example, Mesh, human, rig_file};
 use rhytid::formats::{FileKind, mesh, project, refuse_inputs, tables};
-use rhytid::transfer::{Account, Missing, Settings, Transferred, transfer};
+use rhytid::transfer::{Missing, Settings, TransferReport, Transferred, transfer};
 use rhytid::{Error, Face, Result};
 use std::path::{Path, PathBuf};
 
@@ -26,25 +26,25 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
     let from = ui.timed("read the rig", || rig_file::read(&args.from)).0?;
     let to = ui.timed("read", || project::read(&args.to, args.elsewhere.reach())).0?;
     let settings = Settings { landmarks, smooth_band: args.with_smooth_band };
-    let Transferred { face, account, maps } = transfer(&from, &to, &settings, &[inputs::processor()?], ui)?;
+    let Transferred { face, report, maps } = transfer(&from, &to, &settings, &[inputs::processor()?], ui)?;
     ui.clear();
-    account.warnings.iter().for_each(|warning| ui.line(&format!("warning: {warning}")));
-    if account.examples.is_empty() {
+    report.warnings.iter().for_each(|warning| ui.line(&format!("warning: {warning}")));
+    if report.examples.is_empty() {
         return Err(Error::empty(format!(
             "{}: has an example of its own for each of the first face's: {}; there is nothing to transfer",
             args.to.display(),
-            account.own.join(", ")
+            report.own.join(", ")
         )));
     }
-    // Written when all is well, but refused before the work.
-    let kept = args.examples.as_deref().map(|dir| Kept::new(dir, &face, &account, &files)).transpose()?;
+    // The examples are written at the end, but an existing file is refused before the work.
+    let kept = args.examples.as_deref().map(|dir| Kept::new(dir, &face, &report, &files)).transpose()?;
     let solved = solve::solve_face(face, &args.output, ui)?;
     if let Some(kept) = &kept {
         kept.write()?;
     }
     if let Some(dir) = &args.report {
         let write =
-            |painter: Option<&_>| rhytid::report::write_transfer(dir, &account, &maps, &solved.rig, painter);
+            |painter: Option<&_>| rhytid::report::write_transfer(dir, &report, &maps, &solved.rig, painter);
         // For programs that show numbers at vertices, `view` among them.
         let rest = solved.rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
         let mesh = Mesh { positions: rest, faces: solved.rig.surface().faces.clone(), ..Mesh::default() };
@@ -55,10 +55,10 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
     }
     ui.clear();
     if args.json {
-        return output::json(&account);
+        return output::json(&report);
     }
     if !ui.is_quiet() {
-        output::say(&text(&account))?;
+        output::say(&text(&report))?;
     }
     solve::say(&solved, &args.output, ui)?;
     match kept {
@@ -67,7 +67,7 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
     }
 }
 
-/// The examples that were made, as meshes to write.
+/// The new examples, as meshes to write.
 struct Kept {
     dir: PathBuf,
     neutral: Mesh,
@@ -75,8 +75,8 @@ struct Kept {
 }
 
 impl Kept {
-    fn new(dir: &Path, face: &Face, account: &Account, read: &[PathBuf]) -> Result<Self> {
-        let made = face.examples.iter().filter(|example| account.examples.contains(&example.name));
+    fn new(dir: &Path, face: &Face, report: &TransferReport, read: &[PathBuf]) -> Result<Self> {
+        let made = face.examples.iter().filter(|example| report.examples.contains(&example.name));
         let mut examples: Vec<(PathBuf, Example)> = Vec::new();
         for example in made {
             let harmless = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
@@ -100,7 +100,7 @@ impl Kept {
         Ok(())
     }
 
-    /// What to add to the project file.
+    /// The lines to add to the project file.
     fn lines(&self) -> String {
         let mut lines = "\nTo be added to the project file, where the examples are to be kept:".to_owned();
         for (path, example) in &self.examples {
@@ -111,7 +111,7 @@ impl Kept {
     }
 }
 
-fn text(found: &Account) -> String {
+fn text(found: &TransferReport) -> String {
     let number = |x: f64| human::number((x * 100.0).round() / 100.0);
     let per_cent = |x: f64| format!("{} %", human::number((1000.0 * x).round() / 10.0));
     let what = if found.smooth_band { "all motion" } else { "wrinkles" };

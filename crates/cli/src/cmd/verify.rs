@@ -17,8 +17,8 @@ use std::process::ExitCode;
 /// Compares and reports; the exit code says whether every vertex is where the file promises.
 ///
 /// # Errors
-/// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take; as reading and
-/// evaluating.
+/// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take. Errors of
+/// reading and evaluating.
 pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid verify OUT --rig RIG --take TAKE")?;
     let device = inputs::named_device(&args.device)?;
@@ -77,7 +77,8 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     }
     let devices = inputs::devices(device, ui)?;
     let mut playback = performance.playback(&devices, ui)?;
-    let found = verify(reader.as_mut(), Format::of(&args.file)?, &performance, &mut playback, ui)?;
+    let found =
+        verify(reader.as_mut(), Format::from_extension(&args.file)?, &performance, &mut playback, ui)?;
     ui.clear();
     let report = Comparison::new(&found, rig.surface().metres_per_unit, &summary);
     if args.json {
@@ -93,34 +94,37 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit_code::OURS) })
 }
 
-/// What is printed as JSON.
+/// The JSON that is printed.
 #[derive(Serialize)]
 struct Comparison {
     passed: bool,
-    /// In what the file is not what the rig and the take give, beside the numbers below.
+    /// How the file differs from what the rig and the take give, apart from the numbers below.
     differences: Vec<String>,
     frames: usize,
     vertices: usize,
     worst_mm: f64,
     rms_mm: f64,
-    /// Of the worst position, counted from 0 in the file.
+    /// The frame of the worst position, counted from 0 in the file.
     frame: usize,
     vertex: usize,
-    /// What the file states and what two devices may differ by.
+    /// The file's stated error plus what two devices may differ by.
     allowed_mm: f64,
     stated_mm: Option<f64>,
-    /// Of each channel `NAME_worst` and `NAME_rms`, with their unit behind where they have one: the largest difference of a vertex's numbers,
-    /// and the root of its mean square; null where the file does not have the channel.
+    /// `NAME_worst` and `NAME_rms` of each channel, with the unit as a suffix if there is one.
+    ///
+    /// The first is the largest difference of a vertex's numbers, the second the RMS difference. Both are
+    /// null if the file does not have the channel.
     #[serde(flatten)]
     channels: Map<String, Value>,
     /// Numbers that are farther off than their channel's tolerance.
     beyond: usize,
-    /// The largest difference of two elements of the head's matrix, relative to those above 1; the translation is in
-    /// mesh units.
+    /// The largest difference of two elements of the head's matrix, relative for elements above 1. The
+    /// translation is in mesh units.
     head_worst: Option<f64>,
 }
 
-/// What a number of a channel is multiplied by to be shown, its unit behind a key, and the unit in a sentence.
+/// The factor that converts a channel's numbers for display, the unit's suffix in a key, and the unit in a
+/// sentence.
 fn unit(quantity: Quantity, metres_per_unit: f64) -> (f64, &'static str, &'static str) {
     let millimetres = 1e3 * metres_per_unit;
     match quantity {

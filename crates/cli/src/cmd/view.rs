@@ -11,7 +11,8 @@ use rhytid::{DeviceErrorKind, Error, Result};
 /// Shows a window until it is closed.
 ///
 /// # Errors
-/// As [`rhytid::view::run`]. That a file is not there, or of another kind, is said here; what is wrong in it, in the window.
+/// As [`rhytid::view::run`]. A missing file or one of another kind is reported here. Faults in a file are
+/// shown in the window.
 pub(super) fn run(args: &args::View) -> Result<()> {
     if let Some(rig) = &args.rig {
         inputs::expect(rig, &[FileKind::Rig], "rhytid view RIG [TAKE]")?;
@@ -29,8 +30,8 @@ pub(super) fn run(args: &args::View) -> Result<()> {
         (Some(wanted), _) => Some(drawing::device(wanted)?),
         (None, evaluates) => evaluates.cloned(),
     };
-    // The one that draws is evaluated on where frames are, but for a software driver, which the processor itself outdoes. Of those that are not
-    // named the window takes the first that draws into it; GPUs come first.
+    // Frames are evaluated on the device that draws, unless it is a software driver, which the processor
+    // outdoes. Without a name the window takes the first device that draws into it; GPUs come first.
     let likely = draws.clone().map_or_else(|| drawing::device(Wgpu::NAME), Ok)?;
     let device = match named {
         None if likely.is_software_driver() => Some(inputs::processor()?),
@@ -41,7 +42,7 @@ pub(super) fn run(args: &args::View) -> Result<()> {
     let files = files().cloned().collect();
     let (sender, close) = std::sync::mpsc::channel();
     interrupt::first_does(move || {
-        // It may be closed already.
+        // The receiver may be closed already.
         let _ = sender.send(());
     });
     let options = WindowOptions { files, listen: args.listen, draws, devices, device, close: Some(close) };

@@ -1,10 +1,11 @@
-//! Small files that ask for very much: each is read in time and memory proportional to it, or refused with a sentence.
+//! Small files that demand very much. Each is read in time and memory proportional to its size, or refused
+//! with a sentence.
 
 use crate::common::Fixture;
 use std::fmt::Write;
 use std::time::Duration;
 
-/// What took minutes, and takes milliseconds now; a busy machine may take longer.
+/// These files take milliseconds; a busy machine may take longer.
 const SOON: Duration = Duration::from_secs(20);
 
 fn soon(f: &Fixture, command: &str, code: i32, says: &str) {

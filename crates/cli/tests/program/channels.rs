@@ -1,5 +1,5 @@
-//! Every channel in every format that carries it: a part without it is no part, and one changed number is found. Nothing here names a channel:
-//! one that is added to the list of kinds is tested, too.
+//! Every channel in every format that carries it: a part that lacks a channel is refused, and one changed
+//! number is found. Nothing here names a channel: a kind that is added to the list is tested, too.
 
 use crate::common::{Fixture, stderr};
 use rhytid::core::channel::{self, Channel};
@@ -19,7 +19,7 @@ fn fixture() -> (Fixture, Rig) {
     (f, rig)
 }
 
-/// The option that lets frames have a kind, where they do not have it anyway, and the one that does not.
+/// The option that gives frames a kind that they lack by default, and the one that takes it away.
 fn options(kind: ChannelKind) -> [String; 2] {
     match kind.is_default() {
         true => [String::new(), format!("--no-{kind}")],
@@ -34,7 +34,8 @@ fn verify(f: &Fixture, name: &str) -> (i32, String) {
     (output.status.code().unwrap(), said)
 }
 
-/// The same animation without some channels, and with its numbers changed: of each frame, those of each channel that is kept.
+/// The same animation without some channels and with changed numbers.
+/// `change` gets the numbers of each kept channel in each frame.
 fn rewrite(
     rig: &Rig,
     [from, to]: [&Path; 2],
@@ -45,7 +46,7 @@ fn rewrite(
     let summary = reader.summary().clone();
     let channels: Vec<Channel> = summary.channels.iter().filter(|channel| keeps(channel)).cloned().collect();
     let corners = rig.surface().triangle_corners().unwrap();
-    // Of the first frame, since nobody looks at them.
+    // The normals of the first frame, since they do not matter here.
     let mut rest_normals = Vec::new();
     reader.channel(&channel::NORMALS, 0, &mut rest_normals).unwrap();
     let scene = Scene {
@@ -54,7 +55,7 @@ fn rewrite(
         frames: summary.frames,
         rate: summary.rate,
         first_time_code: summary.first_time_code,
-        ..Scene::of(rig, &corners, summary.recipe.as_ref().unwrap())
+        ..Scene::new(rig, &corners, summary.recipe.as_ref().unwrap())
     };
     let mut exporter = animation::create(to, &scene, &Options::default()).unwrap();
     for k in 0..summary.frames {
@@ -72,7 +73,7 @@ fn rewrite(
     exporter.finish(&NoProgress).unwrap();
 }
 
-/// One number of a channel is another, at a vertex where strains have a direction, if any are there.
+/// Changes one number of a channel, at a vertex where strains have a direction, if there are strains.
 fn change_one(name: &str, k: usize, channels: &[Channel], numbers: &mut [Vec<f32>]) {
     if k != CHANGED {
         return;
@@ -91,7 +92,7 @@ fn one_changed_number_of_any_channel_in_any_format_is_found() {
     for kind in ChannelKind::ALL {
         for extension in ["usd", "usda", "usdz", "glb", "gltf"] {
             let name = format!("{kind}.{extension}");
-            if !Format::of(Path::new(&name)).unwrap().carries(kind) {
+            if !Format::from_extension(Path::new(&name)).unwrap().carries(kind) {
                 f.refused(
                     &format!("animate face.safetensors take.csv --{kind} -o {name}"),
                     &[&format!("--{kind} is for")],
@@ -147,7 +148,7 @@ fn a_part_without_a_channel_is_no_part_and_a_file_without_it_is_not_sound() {
         f.done("stitch a.usd b.usd -o whole.usda");
         assert_eq!(verify(&f, "whole.usda").0, 0, "{kind}");
         f.refused("stitch a.usd c.usd -o out/whole.usda", &["c.usd", kind.name()]);
-        // The recipe says so still.
+        // The recipe still lists the channel.
         let paths = [f.path("a.usd"), f.path("lacks.usd")];
         rewrite(
             &rig,
@@ -160,7 +161,7 @@ fn a_part_without_a_channel_is_no_part_and_a_file_without_it_is_not_sound() {
     }
 }
 
-/// A file whose numbers are all wrong by a factor, which it was sound with once.
+/// A sound file whose numbers were then all multiplied by a factor.
 #[test]
 fn sigma_times_ten_is_not_sound() {
     let (f, rig) = fixture();
@@ -179,7 +180,7 @@ fn sigma_times_ten_is_not_sound() {
     assert!(code == 1 && said.contains("standard deviations"), "{code} {said}");
 }
 
-/// A handle's name means nothing, be it that of another one “as it was”.
+/// A handle's name has no meaning, even if it reads “… as it was”.
 #[test]
 fn a_handle_called_as_it_was_means_nothing() {
     let (f, rig) = fixture();

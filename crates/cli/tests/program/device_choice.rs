@@ -1,4 +1,4 @@
-//! Which devices there are, which of them `auto` takes and remembers, and what `conform` says of them.
+//! The devices of this machine, those that `auto` chooses and remembers, and what `conform` says about them.
 
 use crate::common::{Fixture, assert_refused, list, rhytid, stderr};
 use assert_cmd::Command;
@@ -48,7 +48,7 @@ fn without_a_single_driver_the_processor_is_left() {
     assert!(missing.contains(&"vulkan") && missing.contains(&"opencl"), "{listing}");
 }
 
-/// The loader's names are taken by files that are no libraries.
+/// Files that are no libraries have the loader's names.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_missing_opencl_loader_is_told_from_a_missing_driver() {
@@ -67,11 +67,12 @@ fn a_missing_opencl_loader_is_told_from_a_missing_driver() {
     let nowhere = f.path("nothing-here");
     let no_driver =
         why(f.rhytid("devices --json").env("OCL_ICD_VENDORS", &nowhere).env("OCL_ICD_FILENAMES", ""));
-    // Without a loader on this machine, it is again the loader that is missing.
+    // On a machine without a loader, the missing loader is again the reason.
     assert!(no_driver.starts_with("no OpenCL platform was found") || no_driver == no_loader, "{no_driver}");
 }
 
-/// Who names a device is not troubled by the drivers of others: here one that is asked for a layer that is not there.
+/// A named device does not suffer from other drivers. Here one of these is asked for a layer that does not
+/// exist.
 #[test]
 fn a_device_that_is_named_is_the_only_one_looked_for() {
     let f = Fixture::new();
@@ -90,7 +91,7 @@ fn a_device_that_is_named_is_the_only_one_looked_for() {
     }
 }
 
-/// A loader that is no library is as good as none.
+/// A loader that is no library counts as missing.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_loaders_the_program_starts() {
@@ -119,25 +120,26 @@ fn auto_says_what_it_takes_and_tries_each_device_once() {
     let file = cache.join("rhytid/devices.json");
 
     let first = animate(&f, &cache, "");
-    assert!(first.contains("try the devices") && first.contains("auto takes "), "{first}");
+    assert!(first.contains("try the devices") && first.contains("device: "), "{first}");
     let remembered: Value = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
-    // Where the processor itself conforms, drivers behind which is the processor too are not tried.
+    // If the processor itself conforms, drivers that run on the processor are not tried.
     let listing = listing(&mut rhytid("devices --json"));
     let devices = listing["devices"].as_array().unwrap();
     let software = devices.iter().filter(|device| device["software_driver"] == true).count();
     assert_eq!(remembered["devices"].as_array().unwrap().len(), devices.len() - software);
 
     let second = animate(&f, &cache, "");
-    assert!(!second.contains("try the devices") && second.contains("auto takes "), "{second}");
+    assert!(!second.contains("try the devices") && second.contains("device: "), "{second}");
 
-    // Another driver is another device; a file that is cut short is none.
+    // A new driver is a new device. A truncated file is no driver.
     let text = std::fs::read_to_string(&file).unwrap();
     std::fs::write(&file, text.replace("\"driver\": \"", "\"driver\": \"old ")).unwrap();
     assert!(animate(&f, &cache, "").contains("try the devices"));
     std::fs::write(&file, &text[..text.len() / 2]).unwrap();
     assert!(animate(&f, &cache, "").contains("try the devices"));
 
-    // What failed is not taken, however fast it is, and the user hears of it; of the others, the rest is tried now.
+    // A device that failed is not chosen, however fast it is, and the user is told. The remaining devices are
+    // tried now.
     let mut failing = remembered.clone();
     for device in failing["devices"].as_array_mut().unwrap() {
         device["failed"] = serde_json::json!(["normals/holes"]);
@@ -145,14 +147,14 @@ fn auto_says_what_it_takes_and_tries_each_device_once() {
     if software > 0 {
         std::fs::write(&file, failing.to_string()).unwrap();
         let output = animate(&f, &cache, "");
-        assert!(!output.contains("auto takes cpu:0") && output.contains("auto takes "), "{output}");
+        assert!(!output.contains("device: cpu:0") && output.contains("device: "), "{output}");
         assert!(output.contains("cpu:0 fails: normals/holes"), "{output}");
-        // Who lists the devices has them tried anew.
+        // Listing the devices tries them anew.
         rhytid("devices").env("XDG_CACHE_HOME", &cache).output().unwrap();
-        assert!(animate(&f, &cache, "").contains("auto takes cpu:0"));
+        assert!(animate(&f, &cache, "").contains("device: cpu:0"));
     }
 
-    // Who names a device gets that one, and nothing is tried.
+    // A named device is used, and no device is tried.
     let named = animate(&f, &f.path("empty"), "--device cpu:0");
     assert!(!named.contains("auto") && !f.path("empty/rhytid").exists(), "{named}");
 }

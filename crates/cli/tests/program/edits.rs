@@ -1,4 +1,4 @@
-//! `--edit EDIT.toml` and `correct`: what is applied, what files say of it, and what `verify` makes of that.
+//! `--edit EDIT.toml` and `correct`: what is applied, what files say about it, and how `verify` treats it.
 
 use crate::common::{Fixture, assert_refused};
 use rhytid::formats::animation;
@@ -42,12 +42,12 @@ fn edits_are_in_the_file_and_verify_needs_the_same() {
         "verify plain.usd --rig face.safetensors --take take.csv --edit EDIT.toml",
         &["was made without edits; leave --edit out"],
     );
-    // Frames before the first key, and those that nothing is about any more, have the same bits.
+    // Frames before the first key have the same bits. So do frames that no edit concerns any more.
     let [plain, edited] = ["plain.usd", "edited.usd"].map(|name| positions(&f, name));
     assert!(plain[..3] == edited[..3]);
     assert!(plain[3..].iter().zip(&edited[3..]).all(|(a, b)| a != b));
     assert_eq!((&edited[13], &edited[14]), (&edited[12], &edited[12]), "held");
-    // Parts with other edits do not go together.
+    // Parts with different edits cannot be stitched.
     f.done("animate face.safetensors take.csv -o a.usd --frames ..10 --device cpu:0 --edit EDIT.toml");
     f.done("animate face.safetensors take.csv -o b.usd --frames 10.. --device cpu:0");
     f.refused("stitch a.usd b.usd -o c.usd", &["edit_hash: none and "]);
@@ -98,7 +98,7 @@ fn a_sculpted_frame_comes_back_as_a_correction_and_as_an_example() {
     assert!(worst < 1e-5, "{worst}");
     f.done("verify c.usd --rig face.safetensors --take take.csv --edit CORRECT.toml --device cpu:0");
 
-    // What the edits name is read, and is not written over.
+    // The files that edits name are inputs, and are not overwritten.
     for (command, words) in [
         ("correct face.safetensors take.csv --frame 3 -o sculpted.obj --edit CORRECT.toml", "sculpted.obj"),
         ("animate face.safetensors take.csv -o x.usd --strain-curves OTHER.csv --edit ADD.toml", "OTHER.csv"),
@@ -109,7 +109,7 @@ fn a_sculpted_frame_comes_back_as_a_correction_and_as_an_example() {
         f.refused(command, &[words, "read"]);
         assert!(kept == [f.read("sculpted.obj"), f.read("OTHER.csv")], "{command}");
     }
-    // A mesh of another frame is likely a mistake.
+    // A mesh of another frame is probably a mistake.
     f.write("WRONG.toml", "[[correction]]\nmesh = \"neutral.obj\"\nframe = 11\n");
     let wrong = f.rhytid("animate face.safetensors take.csv -o w.usd --device cpu:0 --edit WRONG.toml");
     let said = crate::common::stderr(&{ wrong }.output().unwrap());

@@ -8,7 +8,7 @@ fn json(f: &Fixture, args: &str) -> Value {
     serde_json::from_str(&f.done(args)).unwrap()
 }
 
-/// Without a file of any kind: demo, then everything that can be asked about what it made.
+/// Without any input file: demo, then every query about its results.
 #[test]
 fn demo() {
     let f = Fixture::new();
@@ -83,7 +83,7 @@ fn the_same_input_gives_the_same_bytes_with_any_number_of_threads() {
         ("export-shapes out/a.safetensors", "glb"),
     ] {
         for (name, threads) in [("a", "1"), ("b", "3")] {
-            // With fewer threads another device may be the fastest one, and have other bits.
+            // With fewer threads another device may be the fastest one, and give other bits.
             let device = if args.starts_with("solve") { "" } else { "--device cpu:0" };
             let mut command = f.rhytid(&format!("{args} {device} -o out/{name}.{ending}"));
             command.env("RAYON_NUM_THREADS", threads).assert().success();
@@ -133,7 +133,8 @@ fn usda_points(usda: &str) -> Vec<Vec<[f64; 3]>> {
     lists.map(points).collect()
 }
 
-/// What is chosen is said; the chapter's method is there by name, at either place, and gives the same rig.
+/// The chosen method is reported. The chapter's method can be given by name at either place, and gives the
+/// same rig.
 #[test]
 fn methods() {
     let f = Fixture::new();
@@ -185,11 +186,11 @@ fn stages() {
     };
     assert!(difference(&full[0], &coarse[0]) < 1e-4, "the rest pose has no detail");
     let at_the_example = difference(&full[16], &coarse[16]);
-    // The linear band has taken what is smooth of it.
+    // The linear band has taken the smooth part of it.
     assert!(at_the_example > 0.05, "the example has folds: {at_the_example}");
 }
 
-/// An uneven take is resampled, and that is said.
+/// An uneven take is resampled, with a message.
 #[test]
 fn an_uneven_take() {
     let f = Fixture::new();
@@ -228,7 +229,7 @@ fn json_has_the_documented_keys() {
         devices["devices"].as_array().unwrap().iter().map(|d| d["id"].as_str().unwrap()).collect();
     assert!(ids.contains(&"cpu:0"), "{ids:?}");
 
-    // A vertex that belongs to no face is worth a word.
+    // A vertex that belongs to no face causes a warning.
     for mesh in ["neutral.obj", "poses/pinch.obj"] {
         f.replace(mesh, "\nvt ", "\nv 1 2 3\nvt ");
     }
@@ -259,7 +260,8 @@ fn info_counts() {
     assert_eq!(rig["bounds"]["max"][1], 5.0);
     // The basis alone is 441 × 5 numbers of 4 bytes.
     assert!(rig["device_bytes"].as_u64().unwrap() > 441 * 5 * 4);
-    // Rounding to eleven bits changes a number by at most 2⁻¹² of the next power of two; a row's five sum to about 1.
+    // Rounding to eleven bits changes a number by at most 2⁻¹² of the next power of two. The five numbers of
+    // a row sum to about 1.
     let f16_error = rig["f16_error"].as_f64().unwrap();
     assert!(f16_error > 1e-5 && f16_error < 2e-3, "{f16_error}");
     let take = json(&f, "info take.csv --json");

@@ -1,4 +1,4 @@
-//! What `animate`, `export-shapes` and `verify` have to do with each other.
+//! How `animate`, `export-shapes` and `verify` work together.
 
 use crate::common::{Fixture, stderr};
 use rhytid::core::{Backend, rig_file};
@@ -81,7 +81,7 @@ fn what_is_exported_is_verified() {
                 _ => 2e-4,
             };
             assert!(stated.is_none_or(|stated| stated <= bound), "{export}: {report}");
-            // One machine, one device: what is not in the file is not in the difference.
+            // With one machine and one device the file's own error is the only difference.
             assert!(report["worst_mm"].as_f64().unwrap() <= stated.unwrap_or(0.0), "{export}: {report}");
             assert_eq!(report["normals_worst"].is_null(), export.contains("no-normals"), "{export}");
             assert_eq!(
@@ -104,7 +104,7 @@ fn verify_finds_what_is_wrong() {
     let f = solved();
     f.write("moving.csv", take_with_head(&f));
     f.done("animate face.safetensors take.csv --device cpu:0 -o face.usd");
-    // The first marker a tenth of a millimetre off in frame 7.
+    // The first marker is a tenth of a millimetre off in frame 7.
     let take = f.read_text("take.csv");
     let mut rows: Vec<String> = take.lines().map(str::to_owned).collect();
     let mut cells: Vec<String> = rows[8].split(',').map(str::to_owned).collect();
@@ -188,7 +188,7 @@ fn samples(usda: &str, attribute: &str) -> Vec<String> {
         .collect()
 }
 
-/// A part's frames are those of the whole: its velocities look beyond its ends.
+/// A part's frames equal those of the whole: its velocities use the frames beyond its ends.
 #[test]
 fn velocities_of_a_part_are_those_of_the_whole() {
     let f = solved();
@@ -231,14 +231,15 @@ fn glb_vectors(bytes: &[u8], accessor: &Value, count: usize) -> Vec<[f32; 3]> {
     let view = &json["bufferViews"][accessor["bufferView"].as_u64().unwrap() as usize];
     let number = |value: &Value| value.as_u64().unwrap_or(0) as usize;
     let stride = view["byteStride"].as_u64().unwrap_or(12) as usize;
-    // The header, the JSON and what stands before the binary part.
+    // The header, the JSON and the bytes before the binary part.
     let begin = 28 + u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;
     let begin = begin + number(&view["byteOffset"]) + number(&accessor["byteOffset"]);
     let coordinate = |v: usize, c: usize| bytes[begin + v * stride + 4 * c..][..4].try_into().unwrap();
     (0..count).map(|v| std::array::from_fn(|c| f32::from_le_bytes(coordinate(v, c)))).collect()
 }
 
-/// An example's slider at 1 shows the scan; the handles' sliders together show what the backend computes, as far as that is linear.
+/// An example's slider at 1 shows the scan. The handles' sliders together show the linear part of the
+/// backend's result.
 #[test]
 fn shapes_are_the_examples_and_the_large_scale() {
     let f = Fixture::new();

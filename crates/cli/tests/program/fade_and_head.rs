@@ -1,4 +1,4 @@
-//! `animate --fade-detail` and `--head`, and what `verify` makes of them.
+//! `animate --fade-detail` and `--head`, and how `verify` treats them.
 
 use crate::common::{self, Fixture, stderr};
 use rhytid::conformance::evaluate;
@@ -11,7 +11,7 @@ use rhytid_kernels::normals::{self, VertexTriangles};
 use rhytid_test_support::python;
 use std::process::Command;
 
-/// Frames of the demo's performance that are looked at: strong expressions, and more than a batch has.
+/// The frames of the demo's performance to test: strong expressions, and more than a batch has.
 const FRAMES: std::ops::Range<usize> = 20..60;
 
 /// The demo's face and a part of its performance, as `take.csv`.
@@ -24,7 +24,7 @@ fn demo() -> (Fixture, Take) {
     (f, part)
 }
 
-/// Writes the take with the confidence that `of` gives each frame and marker, as `name`.
+/// Writes the take as `name`, with the confidence that `of` gives each frame and marker.
 fn with_confidence(f: &Fixture, take: &Take, name: &str, of: impl Fn(usize, usize) -> f32) {
     let m = take.labels.len();
     let confidence = (0..take.frames() * m).map(|i| of(i / m, i % m)).collect();
@@ -52,7 +52,7 @@ fn frames(f: &Fixture, file: &str) -> Vec<[Vec<f32>; 2]> {
     (0..FRAMES.len()).map(frame).collect()
 }
 
-/// Some markers of some frames in doubt, by different amounts.
+/// Doubt of different size in some markers of some frames.
 fn doubt(frame: usize, marker: usize) -> f32 {
     match (frame, marker % 3) {
         (3..=6, 0) => 0.25 * (frame - 3) as f32,
@@ -106,7 +106,7 @@ fn faded_frames_are_those_of_an_independent_computation() {
             let pairs = found.iter().zip(expected.as_flattened());
             pairs.map(|(a, b)| (f64::from(*a) - b).abs()).fold(0.0, f64::max)
         };
-        // The face is 20 cm high and computed in f32, of which a part is allowed that devices may differ by.
+        // The face is 20 cm high and computed in f32. Devices may differ by a part of that precision.
         let (positions, normals) =
             (off(&faded[frame][0], &expected), off(&faded[frame][1], &expected_normals));
         assert!(positions < 1e-4 && normals < 1e-3, "frame {frame}: {positions} cm, {normals}");
@@ -161,7 +161,7 @@ fn verify_and_stitch_know_what_was_faded() {
         assert_eq!(verify(&f, file, "doubt.csv"), Some(0), "{export}");
         assert_eq!(verify(&f, file, "take.csv"), Some(1), "{export}");
     }
-    // The same frames, said not to be faded: what an older program would make of them.
+    // The same frames, marked as not faded: an older program would read them so.
     let text = f.read_text("faded.usda");
     assert!(text.contains("bool \"fade_detail\" = 1"));
     f.write("denied.usda", text.replace("bool \"fade_detail\" = 1", "bool \"fade_detail\" = 0"));
@@ -176,8 +176,8 @@ fn verify_and_stitch_know_what_was_faded() {
     f.refused("stitch a.usd b.usd -o out/face.usd", &["a.usd", "b.usd", "fade_detail: false and true"]);
 }
 
-/// Positions, normals and velocities of every time code in world space, as USD's own library puts them there: raw
-/// doubles.
+/// Positions, normals and velocities of every time code in world space, as USD's own library computes them:
+/// raw doubles.
 fn world(f: &Fixture, file: &str) -> Vec<f64> {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/program/world_usd.py");
     let dump = f.path("dump.bin");
@@ -232,7 +232,7 @@ fn baking_is_what_a_reader_makes_of_the_transform() {
     );
     assert!(worst(&keep[normals.clone()], &bake[normals.clone()]) <= 6e-8 * 2.0);
     assert!(worst(&drop[positions], &bake[positions]) > 1.0);
-    // Central differences of what the other file puts into the world; the ends of a part look beyond it.
+    // Central differences of the other file's world positions. The ends of a part use the frames beyond it.
     let (frame, velocities) = (21 * 21 * 3, &bake[2 * numbers..]);
     for i in 1..13 {
         for j in 0..frame {
@@ -242,7 +242,7 @@ fn baking_is_what_a_reader_makes_of_the_transform() {
         }
     }
 
-    // Dropped, it is as if the take had never known.
+    // `--head drop` gives the same as a take without a head.
     animate(&f, "take.csv", "still.usd", "--velocities --frames 3..17");
     assert!(world(&f, "still.usd") == drop);
 }
@@ -316,7 +316,7 @@ fn detail_is_turned_down_and_up() {
                 );
             }
         }
-        // Its normals are those of what it shows.
+        // Its normals are those of the shown shape.
         let mut normals = vec![[0.0; 3]; rig.vertices()];
         let positions = twice[frame][0].as_chunks::<3>().0;
         let whole = normals::Params::whole(1, rig.vertices());
@@ -353,7 +353,7 @@ fn detail_is_turned_down_by_region() {
     assert!(is_same, "the line and the setup say the same");
     let [full, smooth, found] = ["full.usd", "smooth.usd", "region.usd"].map(|name| frames(&f, name));
     let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
-    // The gain of a vertex is the mean of those of the handles that its influences join, so that there is no seam.
+    // The gain of a vertex is the mean over the handles that its influences join, so that there is no seam.
     let gain_of_handle = |h: HandleId| match rhytid::playback::region_of(&rig.handles().labels[h.index()]) {
         Some("lids") => 0.0,
         Some("chin") => 2.0,
@@ -363,7 +363,7 @@ fn detail_is_turned_down_by_region() {
         let of_edge = |e: StrainEdgeId| {
             rig.handles().strain_edges[e.index()].map(gain_of_handle).iter().sum::<f32>() / 2.0
         };
-        let influences = rig.influences().of(v);
+        let influences = rig.influences().at(v);
         let (sum, all) = influences.fold((0.0, 0.0), |(sum, all), (e, w)| (sum + w * of_edge(e), all + w));
         if all > 0.0 { sum / all } else { 1.0 }
     };

@@ -1,4 +1,4 @@
-//! `evaluate`, `coverage`, and what `animate` says of a take that its examples do not cover.
+//! `evaluate`, `coverage`, and what `animate` says about a take beyond the examples.
 
 use crate::common::{Fixture, assert_documented, stderr};
 use serde_json::Value;
@@ -7,7 +7,8 @@ fn json(f: &Fixture, args: &str) -> Value {
     serde_json::from_str(&f.done(args)).unwrap()
 }
 
-/// The fixture's take, with the marker `top` pulled up by 2 cm in frame 12 and 1.9 cm in the two beside it.
+/// The fixture's take, with the marker `top` dragged up by 2 cm in frame 12 and by 1.9 cm in the two beside
+/// it.
 fn wild_take(f: &Fixture) -> String {
     let take = f.read_text("take.csv");
     let mut rows: Vec<Vec<String>> =
@@ -33,7 +34,7 @@ fn coverage_plans_scans_and_cuts_them_out() {
     let calm = json(&f, "coverage face.safetensors take.csv --json");
     assert_eq!(calm["sigma"]["far"], serde_json::json!([]), "{calm}");
     let wild = json(&f, "coverage face.safetensors wild.csv --json --plan 2");
-    // What no example shows is what is most uncertain, and what is to be scanned.
+    // The frame that no example shows is the most uncertain one, and the one to scan.
     assert_eq!(wild["sigma"]["far"][0]["farthest"], 12, "{wild}");
     assert_eq!(
         (&wild["scans"][0]["frame"], wild["scans"].as_array().unwrap().len()),
@@ -47,7 +48,7 @@ fn coverage_plans_scans_and_cuts_them_out() {
         assert!(text.contains(words), "{words}: {text}");
     }
 
-    // A rig without an example will do, and what is dense is cut.
+    // A rig without an example is enough, and the dense frames are cut out.
     let bare: String = f.read_text("face.toml").split("[[example]]").next().unwrap().into();
     f.write("bare.toml", bare);
     f.done("solve bare.toml -o bare.safetensors");
@@ -71,13 +72,13 @@ fn coverage_plans_scans_and_cuts_them_out() {
         let found: Vec<f32> = mesh.positions.as_flattened().iter().map(|&x| x as f32).collect();
         assert!(found == expected, "{name}");
     }
-    // The lines that are said make a project that can be solved.
+    // The printed lines make a project that can be solved.
     let lines = text.split("To be added to the project file:").nth(1).unwrap();
     f.write("planned.toml", f.read_text("bare.toml") + lines);
     f.done("solve planned.toml -o planned.safetensors");
     let info = json(&f, "info planned.safetensors --json");
     assert_eq!(info["examples"].as_array().unwrap().len(), 2);
-    // Frames that can be had are listed.
+    // Frames that can be scanned are listed.
     f.write("some.csv", "frame\n3\n12\n");
     let some = json(&f, "coverage bare.safetensors wild.csv --candidates some.csv --plan 1 --json");
     assert_eq!(some["scans"][0]["frame"], 12, "{some}");
@@ -106,14 +107,14 @@ fn evaluate_says_how_good_and_where_not() {
     assert_eq!(written["leave_one_out"]["examples"][0]["example"], "pinch");
     assert_eq!(written["truth"], Value::Null);
 
-    // What the rig itself gives is no error at all, in whatever it is kept.
+    // The rig's own result has no error, in any file format.
     f.done("animate face.safetensors take.csv -o truth.usd --device cpu:0");
     let found = json(&f, "evaluate face.toml --truth truth.usd --take take.csv --device cpu:0 --json");
     assert_documented(&found["truth"][0], "a method beside the truth");
     let rms = |i: usize| found["truth"][i]["rms_mm"].as_f64().unwrap();
     assert_eq!((&found["truth"][0]["method"], rms(0)), (&"learned".into(), 0.0), "{found}");
     assert!((1..5).all(|i| rms(i) > 0.0), "{found}");
-    // With groups for regions.
+    // With groups as regions.
     let mesh = f.obj(0.0);
     let (vertices, faces) = mesh.split_at(mesh.find("\nf ").unwrap() + 1);
     let faces: Vec<&str> = faces.lines().collect();
@@ -177,7 +178,7 @@ fn coverage_by_the_chapters_method_names_the_frame_to_scan() {
     let [expression] = &wild["expressions"].as_array().unwrap()[..] else { panic!("{wild}") };
     assert_eq!((&expression["frame"], &expression["covered"]), (&12.into(), &20.into()), "{wild}");
     assert_eq!(wild["edges"][0]["frame"], 12, "{wild}");
-    // Along the way from one to the other, nearly, and the examples leave that as it is.
+    // The marker moves nearly along this edge, and no example strains the edge.
     assert_eq!(wild["edges"][0]["handles"], serde_json::json!(["top", "middle"]), "{wild}");
     let millimetres = wild["edges"][0]["beyond_mm"].as_f64().unwrap();
     assert!((19.0..20.0).contains(&millimetres), "{wild}");
@@ -219,7 +220,7 @@ fn their_json_has_the_documented_keys() {
     assert_documented(&coverage["edges"][0], "an edge beyond the examples");
 }
 
-/// What is said of a vertex's folds is what `animate` adds to the large scale there.
+/// The reported wrinkles of a vertex are what `animate` adds to the large scale there.
 #[test]
 fn explain_accounts_for_the_folds() {
     let f = Fixture::new();

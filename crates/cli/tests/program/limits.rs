@@ -1,4 +1,4 @@
-//! Too small a stack, too few threads, too little memory: the work is done, or one sentence says why not.
+//! Too small a stack, too few threads, too little memory: the work is done, or one sentence gives the reason.
 
 use crate::common::{Fixture, list};
 use std::process::{Command, Output};
@@ -9,7 +9,7 @@ fn limited(f: &Fixture, script: &str) -> Output {
     let program = env!("CARGO_BIN_EXE_rhytid");
     let script = format!("{script} {program} {SOLVE}");
     let mut shell = Command::new("sh");
-    // A backtrace is for those who ask for one.
+    // A backtrace is only for users who ask for one.
     shell.args(["-c", &script]).current_dir(f.path(".")).env_remove("RUST_BACKTRACE").output().unwrap()
 }
 
@@ -23,7 +23,7 @@ fn a_small_stack_is_enough() {
 #[test]
 fn a_system_that_refuses_threads_is_named() {
     let f = Fixture::new();
-    // The superuser may start as many as it likes.
+    // The superuser may start any number.
     let is_root = Command::new("id").arg("-u").output().unwrap().stdout == b"0\n";
     let mut refused = 0;
     for most in 0..8 {
@@ -42,7 +42,7 @@ fn a_system_that_refuses_threads_is_named() {
     assert!(refused > 0, "no number of threads was too small");
 }
 
-/// Rust ends a program that has no memory left: with a line, and with nothing half-written.
+/// Rust ends a program without free memory: with a line, and without a half-written file.
 #[test]
 fn without_memory_nothing_is_left_behind() {
     let f = Fixture::with_side(61);

@@ -15,7 +15,7 @@ fn solved() -> Fixture {
     f
 }
 
-/// `rhytid animate --listen` that listens.
+/// A running `rhytid animate --listen`.
 struct Listening {
     child: Child,
     stderr: BufReader<std::process::ChildStderr>,
@@ -57,7 +57,8 @@ impl Listening {
     }
 }
 
-/// The fixture's take, so many frames of it, as `name`, with times that `send --rate 240` gives it and positions that are `f32`'s.
+/// The fixture's take with a given number of frames, as `name`.
+/// Its times are those of `send --rate 240`, and its positions are exact in `f32`.
 fn take_at_240(f: &Fixture, name: &str, frames: usize) -> Take {
     f.write(name, f.take(frames));
     let mut take = take::read(&f.path(name), None, Missing::Error).unwrap();
@@ -136,7 +137,7 @@ fn ctrl_c_ends_a_recording_and_keeps_what_has_come() {
     assert!(output.status.success(), "{}", stderr(&output));
     assert_eq!(take::read(&f.path("came.csv"), None, Missing::Error).unwrap().frames(), 240);
     f.done("verify live.usd --rig face.safetensors --take came.csv --device cpu:0");
-    // Before anything has come there is nothing to keep.
+    // Before the first frame there is nothing to keep.
     let listening = listen(&f, "--frames 10 -o out/live.usd --record out/came.csv");
     kill(&listening.child);
     assert_refused(&listening.end(), &["stopped before the end"]);
@@ -169,7 +170,7 @@ fn what_cannot_be_listened_to_or_sent_is_one_sentence() {
     f.refused(&format!("{listen} take.csv --frames 5"), &["--frames 5 is for --listen", "..5"]);
     let taken = UdpSocket::bind("127.0.0.1:0").unwrap();
     let port = taken.local_addr().unwrap().port();
-    // A port alone is of this machine.
+    // A port without an address is one of this machine.
     f.refused(
         &format!("{listen} --listen {port} --frames 5"),
         &["127.0.0.1", "another program listens there"],

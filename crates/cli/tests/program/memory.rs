@@ -1,4 +1,4 @@
-//! Memory does not grow with the frames: measured on the real face, where the test data is there.
+//! Memory does not grow with the number of frames: measured on the real face, if the test data is there.
 
 use rhytid_test_support::{peak_of, shared};
 use std::path::Path;
@@ -54,7 +54,7 @@ fn animating_the_real_face() {
         project += &format!("[[example]]\nname = {pose:?}\nmesh = {mesh:?}\n");
     }
     std::fs::write(dir.path().join("face.toml"), project).unwrap();
-    // The table is for the whole head too: all its vertices are below the face's count.
+    // The table fits the whole head too: all its vertices are below the face's count.
     std::fs::copy(data.join("markers.csv"), dir.path().join("markers.csv")).unwrap();
     peak_megabytes(dir.path(), "solve face.toml --allow-elsewhere -o face.safetensors -q");
     let take = data.join("takes/rom_3_clean.csv");
@@ -73,7 +73,7 @@ fn animating_the_real_face() {
     // Compression holds the vertices that are near the bound, in up to a gigabyte.
     let compressed = peak("glb", "--compressed", 300);
     assert!((10.0..1300.0).contains(&compressed), "compressed: 300 frames hold {compressed} MB");
-    // Positions and normals of 300 frames, in megabytes. A busy machine writes later and holds some batches more.
+    // Positions and normals of 300 frames, in megabytes. A busy machine writes later and holds more batches.
     let held = 300.0 * 9409.0 * 24.0 / 1e6;
     for (ending, options) in [("usd", ""), ("usda", ""), ("usdz", ""), ("glb", "--force")] {
         let (short, long) = (peak(ending, options, 300), peak(ending, options, 600));

@@ -12,7 +12,7 @@ fn solved() -> Fixture {
     f
 }
 
-/// Every command that writes one file, up to the file's name without its ending, and its endings.
+/// Every command that writes one file: its start up to the file's name without ending, and the endings.
 const WRITERS: [(&str, &[&str]); 4] = [
     ("solve face.toml -o", &["safetensors"]),
     ("animate face.safetensors take.csv --device cpu:0 -o", &["usd", "usda", "usdz", "glb", "gltf"]),
@@ -47,7 +47,7 @@ fn a_folder_under_the_files_name() {
     }
 }
 
-/// Root may write everywhere, so that where this is root, the program is run as nobody.
+/// Root may write everywhere. A test that runs as root therefore runs the program as nobody.
 #[test]
 #[cfg(unix)]
 fn a_folder_without_the_right_to_write() {
@@ -60,7 +60,7 @@ fn a_folder_without_the_right_to_write() {
     allow("out", 0o555);
     let is_root = std::fs::write(f.path("out/probe"), "").is_ok();
     if is_root {
-        // Wherever the program lies, nobody may not look.
+        // The user nobody may not be allowed to read the program's folder.
         std::fs::remove_file(f.path("out/probe")).unwrap();
         std::fs::copy(env!("CARGO_BIN_EXE_rhytid"), f.path("rhytid")).unwrap();
         allow(".", 0o755);
@@ -92,7 +92,7 @@ fn what_stood_under_the_name_survives_a_failure() {
     assert_eq!(f.read("out/face.usda"), b"precious");
 }
 
-/// The limit on a file's size stands in for the end of the disk.
+/// The limit on a file's size stands for a full disk.
 #[test]
 #[cfg(unix)]
 fn a_limit_on_the_files_size() {
@@ -109,7 +109,7 @@ fn a_limit_on_the_files_size() {
     }
 }
 
-/// A disk that is really full, where this user may make one.
+/// A disk that is really full, if this user may make one.
 #[test]
 #[cfg(target_os = "linux")]
 fn a_full_disk() {
@@ -164,7 +164,7 @@ fn interrupted(f: &Fixture, args: &str, line: &str, signals: &[&str]) -> Output 
     Output { stderr: text.into_bytes(), ..output }
 }
 
-/// A face and a take that take long.
+/// A face and a take that need a long time.
 #[cfg(unix)]
 fn long_work() -> Fixture {
     let f = Fixture::with_side(101);
@@ -197,7 +197,7 @@ fn ctrl_c_stops_a_film() {
     f.assert_nothing_written();
 }
 
-/// The second request comes while the first is still waiting for the end of a frame, if not at the first try.
+/// The second request comes while the first still waits for the end of a frame; several tries may be needed.
 #[test]
 #[cfg(target_os = "linux")]
 fn ctrl_c_twice_stops_at_once() {
@@ -223,7 +223,7 @@ fn ctrl_c_stops_a_solve() {
     f.assert_nothing_written();
 }
 
-/// As a factorisation in a library does, or a pipe that nobody writes to.
+/// Work that cannot be asked to stop: a factorisation in a library, or a pipe that nobody writes to.
 #[test]
 #[cfg(unix)]
 fn ctrl_c_ends_work_that_does_not_listen() {
@@ -266,7 +266,7 @@ fn a_closed_pipe() {
     }
 }
 
-/// A full disk behind `>` is one.
+/// A full disk behind `>` is an error.
 #[test]
 #[cfg(target_os = "linux")]
 fn standard_output_to_a_full_device() {

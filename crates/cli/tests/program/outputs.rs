@@ -1,5 +1,5 @@
-//! What outputs land on: an input, a link, a device, a file that is private or read-only; two writers of one file, and writers
-//! that are killed.
+//! Outputs onto an input, a link, a device, or a file that is private or read-only. Also two writers of one
+//! file, and writers that are killed.
 #![cfg(unix)]
 
 use crate::common::{Fixture, assert_refused, list};
@@ -20,7 +20,7 @@ fn prepared() -> Fixture {
     f
 }
 
-/// Every command that writes a file: up to `-o`, an input of it, and the ending that an output has.
+/// Every command that writes a file: its start up to `-o`, one of its inputs, and the ending of its output.
 const WRITERS: [(&str, &str, &str); 7] = [
     ("solve face.toml -o", "neutral.obj", "safetensors"),
     ("solve face.toml -o", "poses/pinch.obj", "safetensors"),
@@ -80,7 +80,7 @@ fn a_device_and_a_pipe_stay_what_they_are() {
         for (target, name) in [("/dev/null", "null"), ("pipe", "fifo")] {
             let name = format!("{name}.{ending}");
             let _ = symlink(target, f.path(&name));
-            // A stitched file is refused for the link, having another one beside it.
+            // A stitched file is refused because of the link, since it has another file beside it.
             let why =
                 if command.starts_with("stitch") { "is a link" } else { "a device, a pipe or a socket" };
             f.refused(&format!("{command} {name}"), &[&name, why]);
@@ -96,7 +96,7 @@ fn a_device_and_a_pipe_stay_what_they_are() {
 #[test]
 fn a_link_stays_a_link_and_a_mode_a_mode() {
     let f = prepared();
-    // Files beside which there is another one: of those, a link is refused.
+    // Outputs with another file beside them: links to these are refused.
     for (command, _, ending) in WRITERS.iter().filter(|(command, ..)| !command.starts_with("stitch")) {
         let ending = if *ending == "gltf" { "glb" } else { ending };
         let [link, file] = [format!("link.{ending}"), format!("out/file.{ending}")];
@@ -134,7 +134,7 @@ fn started(f: &Fixture, args: &str) -> Child {
         .unwrap()
 }
 
-/// Whether what is in `out/` is `names` files, the first of which can be read from its first to its last frame.
+/// The number of frames of a file, which can be read from its first to its last frame.
 fn frames(f: &Fixture, name: &str) -> usize {
     let mut animation = open_within(&f.path(name), Reach::Anywhere).unwrap();
     let frames = animation.summary().frames;
@@ -169,8 +169,8 @@ fn of_two_writers_one_wins_whole() {
     }
 }
 
-/// Killed at moments that go through the whole run, each command leaves what stood there or what it wrote, and its next run
-/// takes away what was left beside it.
+/// Kills each command at moments spread over its whole run.
+/// Afterwards the old or the new output is there. The next run removes leftover files.
 #[test]
 fn a_writer_that_is_killed_leaves_no_half_file() {
     let f = prepared();

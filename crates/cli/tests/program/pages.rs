@@ -1,10 +1,10 @@
-//! Pages and their pictures: where something draws, and where nothing does.
+//! Pages and their pictures, with a device that draws and without one.
 
 use crate::common::{Fixture, stderr};
 use assert_cmd::Command;
 use scraper::{Html, Selector};
 
-/// What writes pages and pictures, what it writes, how many pictures that has, and whom it warns.
+/// Commands that write pages and pictures: the command, its page, the number of pictures.
 const PAGES: [(&str, &str, usize); 3] = [
     ("evaluate face.toml --device cpu:0 --report", "evaluation", 6),
     ("coverage face.safetensors take.csv --plan 1 --report", "plan", 2),
@@ -17,7 +17,7 @@ fn texts(page: &str, selector: &str) -> Vec<String> {
     page.select(&selector).map(|element| element.text().collect()).collect()
 }
 
-/// No driver of any API is to be found.
+/// Hides the drivers of every API.
 fn without_drivers(f: &Fixture, command: &mut Command) {
     for name in ["VK_ICD_FILENAMES", "VK_DRIVER_FILES", "__EGL_VENDOR_LIBRARY_FILENAMES"] {
         command.env(name, f.path("nothing-here"));
@@ -59,7 +59,7 @@ fn where_nothing_draws_pages_say_what_to_install() {
             sentence.len() == 1 && sentence[0].contains("install a driver for Vulkan, Metal"),
             "{name}: {sentence:?}"
         );
-        // All else is there.
+        // Everything else is there.
         f.done(&format!("{command} seen"));
         let json = |folder: &str| f.read(&format!("{folder}/{name}.json"));
         assert!(json("blind") == json("seen"), "{name}");

@@ -1,11 +1,11 @@
-//! `rhytid handles` and `rhytid new`: on the demo's face, whose handles are known, and on a head that nobody prepared.
+//! `rhytid handles` and `rhytid new`: on the demo's face, whose handles are known, and on an unprepared head.
 
 use crate::common::raw::Raw;
 use crate::common::{demo, rhytid, stderr};
 use rhytid::formats::{mesh, tables};
 use std::path::Path;
 
-/// The demo's project, its table of handles not there yet.
+/// The demo's project without its table of handles.
 fn project(folder: &Path) {
     let text = std::fs::read_to_string(demo().join("face.toml")).unwrap();
     let text = text.replace("= \"neutral", &format!("= \"{}/neutral", demo().display()));
@@ -45,7 +45,7 @@ fn a_raw_take_finds_its_vertices() {
     off.sort_by(f64::total_cmp);
     assert!(off[off.len() / 2] < 3.0 && off[off.len() * 9 / 10] < 6.0, "{off:?}");
 
-    // A table that is there is not touched, and mistakes are named.
+    // An existing table is not overwritten, and mistakes are named.
     let refused = |command: &str, expected: &str| {
         let output = rhytid(&format!("handles {command} --allow-elsewhere")).output().unwrap();
         assert_eq!(output.status.code(), Some(2), "{command}");
@@ -56,7 +56,7 @@ fn a_raw_take_finds_its_vertices() {
     refused(&format!("{face} {take} -o {other} --at nobody=3"), "no marker of the take is called “nobody”");
     refused(&format!("{face} {take} -o {other} --frame 100000"), "the frame 100000 is not in the take");
     refused(&format!("{face} {take} -o {other} --at x=y"), "expected LABEL=VERTEX");
-    // Of a file that gives neither a rate nor times, the advice can be followed.
+    // The advice for a file without a rate and times can be followed.
     let text = std::fs::read_to_string(raw.path("raw.trc")).unwrap();
     let (head, frames) = text.split_once("\n\n").unwrap();
     let head = head.replace("\n30\t30\t", "\n0\t0\t");
@@ -93,7 +93,8 @@ fn handles_are_spread_evenly_on_both_sides() {
     assert_eq!((handles.labels[0].as_str(), handles.vertices[0].0), ("tip", 7));
     let sides = |side: &str| handles.labels.iter().filter(|label| label.ends_with(side)).count();
     assert_eq!(sides("_l"), sides("_r"), "as many left as right: {:?}", handles.labels);
-    // Evenly: none is nearer to another than a third of what most are, but for two that the mouth is between.
+    // The handles are spread evenly: none is nearer to another than a third of the usual distance. Two
+    // handles with the mouth between them are an exception.
     let rest = mesh::read(&demo().join("neutral.obj")).unwrap().positions;
     let at = |h: usize| rest[handles.vertices[h].index()];
     let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
@@ -105,7 +106,7 @@ fn handles_are_spread_evenly_on_both_sides() {
     assert!(nearest[2] > nearest[count / 2] / 3.0, "{nearest:?}");
 }
 
-/// Runs the command, which must succeed, and gives its standard output.
+/// Runs the command, which must succeed, and returns its standard output.
 fn done(command: &str) -> String {
     let output = rhytid(command).output().unwrap();
     assert!(output.status.success(), "{command}: {}", stderr(&output));
@@ -128,7 +129,7 @@ fn a_folder_of_scans_becomes_a_project_that_animates() {
         [scans.join("neutral.obj"), raw.path("anna")].map(|path| path.display().to_string());
     let said = done(&format!("new {neutral} -o {anna}"));
     assert!(said.contains("cm, Y up") && said.contains("other.obj: not the neutral's vertices"), "{said}");
-    // Its last lines are the commands that follow, and they work.
+    // Its last lines are the next commands, and they work.
     let next: Vec<&str> = said.lines().filter_map(|line| line.trim().strip_prefix("rhytid ")).collect();
     assert!(next.len() == 2 && next[0].starts_with("solve ") && next[1].starts_with("animate "), "{said}");
     let text = std::fs::read_to_string(format!("{anna}/face.toml")).unwrap();
@@ -147,7 +148,8 @@ fn a_folder_of_scans_becomes_a_project_that_animates() {
     );
 }
 
-/// How far the farthest vertex goes from rest, how far the farthest marker, and by how much a vertex jumps between frames, in millimetres.
+/// The largest distance of a vertex from rest, that of a marker, and the largest jump of a vertex between
+/// frames, in millimetres.
 fn reach(usd: &Path, neutral: &Path, table: &Path) -> [f32; 3] {
     let rest = mesh::read(neutral).unwrap().positions;
     let handles = tables::read_handles(table).unwrap().vertices;
@@ -169,8 +171,9 @@ fn reach(usd: &Path, neutral: &Path, table: &Path) -> [f32; 3] {
     [farthest, marker, jump]
 }
 
-/// The shared capture with so many of its face's markers, spread well and under other names, and its cap; from frame 1500 on the label of the lips' middle
-/// slides for 0.4 s to the marker next to it, and snaps back.
+/// The shared capture with `count` markers of its face and its cap.
+/// The markers are spread well and have other names. From frame 1500 on the label of the lips' middle slides
+/// to the next marker for 0.4 s, and snaps back.
 fn fewer_markers(trc: &str, count: usize) -> String {
     let lines: Vec<Vec<&str>> = trc.lines().map(|line| line.trim_end().split('\t').collect()).collect();
     let labels: Vec<&str> = lines[3][2..].iter().copied().filter(|label| !label.is_empty()).collect();
@@ -251,7 +254,8 @@ fn another_actors_capture_animates_a_head_that_nobody_prepared() {
         println!(
             "{markers} markers: farthest {farthest:.1} mm, the markers {marker:.1}; jumps by {jump:.1} mm"
         );
-        // No spike: no vertex goes farther than the farthest marker by half, and none jumps between two frames at 120 Hz.
+        // No spike: no vertex goes more than half as far again as the farthest marker. None jumps between two
+        // frames at 120 Hz.
         assert!(farthest < 1.5 * marker && jump < 4.0, "{markers}: {farthest}, {marker}, {jump}");
     }
 }

@@ -1,4 +1,4 @@
-//! `rhytid prepare` and raw takes in `animate`: the demo's performance, made raw, comes back.
+//! `rhytid prepare`, and raw takes in `animate`: the demo's performance is made raw, and recovered.
 
 use crate::common::raw::{Raw, off, rig, truth};
 use crate::common::{rhytid, stderr};
@@ -37,7 +37,7 @@ fn a_raw_take_is_cleaned_reported_and_animated() {
     let json: Value = serde_json::from_slice(&std::fs::read(report.join("report.json")).unwrap()).unwrap();
     assert_eq!(json["setup"]["axes"], "+x+z-y");
 
-    // In passing: verify cleans the raw take anew and agrees.
+    // `animate` cleans the raw take as well. `verify` cleans it anew and agrees.
     let [take, usd] = ["raw.trc", "shot.usd"].map(|name| raw.path(name).display().to_string());
     let rig = rig().display().to_string();
     for command in [

@@ -25,7 +25,7 @@ fn describe(f: &Fixture, levels: usize) {
     }
 }
 
-/// Without `sh`'s own PATH, in which a program `lscpu` tells that it was run.
+/// Runs `script` without `sh`'s own PATH. A program `lscpu` reports if it is run.
 fn run(f: &Fixture, script: &str) -> Option<String> {
     let output = Command::new("unshare")
         .args(["--mount", "sh", "-c", script])
@@ -48,7 +48,7 @@ fn caches_of_any_kind_give_the_same_bytes_and_no_program_is_run() {
     let commands = "PATH=\"$PWD/bin\"; \"$RHYTID\" solve face.toml -o out/face.safetensors && \
                     \"$RHYTID\" animate out/face.safetensors take.csv --device cpu:0 --compressed -o out/face.glb";
     if let Some(why) = run(&f, "mkdir none && mount --bind none /sys") {
-        // The machine that lends its processor may forbid it; the list of features is compared below.
+        // A lent machine may forbid it. The list of features is compared below.
         eprintln!("no made-up processors here: {why}");
     } else {
         for (levels, over) in [(1, "cpu /sys/devices/system/cpu"), (3, "cpu /sys/devices/system/cpu")]
@@ -65,7 +65,7 @@ fn caches_of_any_kind_give_the_same_bytes_and_no_program_is_run() {
         }
     }
 
-    // What reads /sys, and runs programs, is behind this feature of the crate that multiplies matrices.
+    // This feature of the matrix crate reads /sys and runs programs.
     let tree = Command::new(env!("CARGO"))
         .args(["tree", "--offline", "-p", "rhytid-cli", "-e", "features,no-dev", "-i", "private-gemm-x86"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))

@@ -1,4 +1,4 @@
-//! What goes wrong in capture sessions: each is an error that says what to do, or a warning with a sound take.
+//! Faults of capture sessions. Each is an error that says what to do, or a warning with a sound take.
 
 use crate::common::raw::{Raw, off, truth};
 use crate::common::stderr;
@@ -10,7 +10,7 @@ const NEUTRAL: &str = "--neutral 0..1";
 /// A handle that moves: the chin's.
 const CHIN: usize = 10;
 
-/// All samples but those of `except` are within 0.1 mm: what the smoothing of the head's motion leaves.
+/// All samples except those of `except` are within 0.1 mm, the error of the smoothed head motion.
 fn assert_sound(found: &Take, except: impl Fn(usize, usize) -> bool) {
     let truth = truth();
     assert_eq!(found.frames(), truth.frames());
@@ -38,7 +38,7 @@ fn when_tracking_is_lost_the_face_is_held_and_flagged() {
     let m = found.labels.len();
     for j in 0..m {
         assert!(lost.clone().all(|f| confidence(&found, j, f) == 0.0));
-        // Held until it goes over to where it is seen again.
+        // Held, and then moved to where the marker is seen again.
         let at = |f: usize| found.positions[f * m + j];
         assert!((100..150).all(|f| at(f) == at(99)), "marker {j}");
         let step = |f: usize| (0..3).map(|c| (at(f + 1)[c] - at(f)[c]).powi(2)).sum::<f64>().sqrt();
@@ -156,7 +156,7 @@ fn what_cannot_be_cleaned_is_refused() {
     raw.write(&all);
     refused(&raw, "", &["no frames"]);
 
-    // Other names, and markers that fit no face: all in one plane.
+    // Other names, and markers that fit no face, since all lie in one plane.
     let mut raw = Raw::new();
     raw.labels.iter_mut().skip(3).for_each(|label| label.insert(0, '?'));
     raw.write(&|j, _, _| Some([(j % 10) as f64 * 40.0, 0.0, (j / 10) as f64 * 90.0]));

@@ -1,5 +1,5 @@
-//! Files that other files name are below these, or the user says that they may be elsewhere; and what comes from files moves no
-//! cursor.
+//! Files that other files name must be in the same folder or below, unless the user allows others. Text from
+//! files moves no cursor.
 #![cfg(unix)]
 
 use crate::common::{Fixture, assert_refused};
@@ -7,7 +7,7 @@ use std::os::unix::fs::symlink;
 use std::path::Path;
 use std::process::Command;
 
-/// A mesh in JSON whose numbers are in the file that `uri` names.
+/// A mesh in JSON whose numbers are in the file `uri`.
 fn gltf(f: &Fixture, name: &str, uri: &str) {
     f.write(
         name,
@@ -49,7 +49,7 @@ fn a_mesh_reads_nothing_above_its_folder() {
     f.refused("info in/mesh.gltf", &["pipe.bin", "which is no file"]);
 }
 
-/// Many buffers of one file take its memory and time once.
+/// Many buffers of one file take its memory and time only once.
 #[test]
 fn a_file_that_many_buffers_name_is_read_once() {
     let f = Fixture::new();

@@ -25,7 +25,7 @@ fn a_sheet_shows_frames_beside_each_other() {
         "{said}"
     );
     let (info, pixels) = png(&f.read("out/sheet.png"));
-    // At least as wide as four pictures, or as two legends.
+    // At least as wide as four pictures or two legends.
     assert!(info.width >= 8 * 60 && info.height > 3 * 50, "{} × {}", info.width, info.height);
     let paper = &pixels[..4];
     let drawn = pixels.chunks(4).filter(|pixel| *pixel != paper).count();
@@ -96,10 +96,10 @@ fn skin_is_lit_as_it_is_asked_for() {
         &format!("{args} -o no.png --show skin --exposure 11"),
         &["--exposure", "stops from -10 to 10"],
     );
-    // All of the sheet is one part.
+    // The whole sheet is one part.
     f.refused(&format!("{args} -o no.png --hide 0"), &["--hide: nothing would be left"]);
     f.refused(&format!("{args} -o no.png --hide 100000"), &["--hide 100000", "the rig's vertices are 0 to"]);
-    // How bright the middle is.
+    // The brightness of the middle.
     let seen = |name: &str, options: &str| {
         let said = f.done(&format!("{args} -o out/{name}{{frame}}.png {options}"));
         assert!(said.contains(" skin, ") == options.contains("skin"), "{said}");
@@ -114,11 +114,11 @@ fn skin_is_lit_as_it_is_asked_for() {
     let (brighter, _) = seen("brighter", "--show skin --light 85,0 --exposure 1");
     assert!(brighter > side + 30, "{brighter} by a stop, {side} before");
     assert!(seen("agx", "--show skin --light 0,0 --tone agx").1 != drawn);
-    // From a session's own buffers it is the same picture.
+    // A session's own buffers give the same picture.
     assert!(seen("session", "--show skin --light 0,0 --device wgpu:0").1 == drawn);
 }
 
-/// The left part of a picture's rows, so many pixels wide.
+/// The left part of a picture's rows, with this width in pixels.
 fn left((info, pixels): &(png::OutputInfo, Vec<u8>), width: usize) -> Vec<u8> {
     pixels.chunks(4 * info.width as usize).flat_map(|row| &row[..4 * width]).copied().collect()
 }
@@ -130,7 +130,7 @@ fn what_is_drawn_from_where_it_was_evaluated_is_what_the_host_hands_over() {
     let said = f.done(&format!("{args} -o out/a{{frame}}.png --show shaded,wireframe"));
     assert!(said.contains("3 pictures evaluated and drawn on wgpu:0"), "{said}");
     assert!(said.contains(" evaluation, ") && said.contains(" drawing; "), "{said}");
-    // Strains are made on the host, so that all of the frame is handed over.
+    // Strains are computed on the host, so that the whole frame is handed over.
     f.done(&format!("{args} -o out/b{{frame}}.png --show shaded,wireframe,strain"));
     for frame in [2, 3, 4] {
         let [here, over] = ["a", "b"].map(|name| png(&f.read(&format!("out/{name}0000{frame}.png"))));
@@ -150,7 +150,7 @@ fn a_stage_and_a_truth_are_put_to_the_left() {
     f.done(&format!("{args} -o out/truth{{frame}}.png --compare out/truth.usd"));
     let [both, shell, full, truth] =
         ["both", "shell", "full", "truth"].map(|name| png(&f.read(&format!("out/{name}00010.png"))));
-    // A line of words is below, two where errors are said.
+    // A line of words is below; two lines with errors.
     assert_eq!((both.0.width, both.0.height), (180, 70 + 24));
     assert_eq!((truth.0.width, truth.0.height), (270, 70 + 48));
     let columns = |picture: &(png::OutputInfo, Vec<u8>), from: usize| -> Vec<u8> {
@@ -159,7 +159,7 @@ fn a_stage_and_a_truth_are_put_to_the_left() {
     };
     assert!(shell.1 != full.1, "the shell is another shape");
     assert!(columns(&both, 0) == shell.1 && columns(&both, 90) == full.1);
-    // An exported animation is what was exported, but for the rounding of its normals.
+    // A truth exported from the rig equals the rig's result, apart from the rounding of its normals.
     assert!(columns(&truth, 90) == full.1);
     let apart = columns(&truth, 0).iter().zip(&full.1).map(|(a, b)| a.abs_diff(*b)).max();
     assert!(apart <= Some(2), "{apart:?}");
@@ -168,7 +168,7 @@ fn a_stage_and_a_truth_are_put_to_the_left() {
 #[test]
 fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
     let f = solved();
-    // In the first frame the sheet is at rest; the truth has all of it 0.6 mm nearer to the viewer.
+    // In the first frame the sheet is at rest. The truth has the whole sheet 0.6 mm nearer to the viewer.
     let nearer = |line: &str| match line.strip_prefix("v ") {
         Some(numbers) => {
             let mut numbers: Vec<f64> = numbers.split(' ').map(|x| x.parse().unwrap()).collect();
@@ -182,7 +182,8 @@ fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
     f.done("render face.safetensors take.csv -o out/e{frame}.png --size 90x70 --compare truth --truth-frames frames.csv --show error --error-range 0.8");
     let (info, pixels) = png(&f.read("out/e00000.png"));
     let row = pixels.chunks(4 * info.width as usize).nth(35).unwrap();
-    // Three quarters of the way along the colours, in Oklab: lightness 0.7575, chroma 0.13, hue 63.75 degrees.
+    // Three quarters of the way along the colours, in Oklab: lightness 0.7575, chroma 0.13, hue 63.75
+    // degrees.
     let expected = [233, 157, 80];
     for x in [30, 45, 60] {
         let found = &row[4 * x..][..3];
@@ -190,7 +191,7 @@ fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
     }
 }
 
-/// The limit on a file's size stands in for the end of the disk.
+/// The limit on a file's size stands for a full disk.
 #[test]
 #[cfg(unix)]
 fn what_has_no_room_leaves_nothing() {
@@ -205,7 +206,7 @@ fn what_has_no_room_leaves_nothing() {
         let script = r#"ulimit -f 8; exec "$0" $1"#;
         let output = std::process::Command::new("sh")
             .args(["-c", script, env!("CARGO_BIN_EXE_rhytid"), &command])
-            // SwiftShader keeps what it compiles in a file without a name, and does not survive the limit.
+            // SwiftShader keeps compiled code in a file without a name, and does not survive the limit.
             .env_remove("VK_ADD_DRIVER_FILES")
             .current_dir(f.path("."))
             .output()

@@ -3,7 +3,7 @@ use crate::common::raw::{Raw, off, truth};
 use crate::common::stderr;
 use rhytid::Take;
 
-/// The farthest that a marker is off in any frame, in millimetres; of those that the table gives a marker.
+/// The largest error of a marker in any frame, in millimetres, without the markers `but`.
 fn worst(found: &Take, but: &[usize]) -> f64 {
     let truth = truth();
     let markers = (0..truth.labels.len()).filter(|m| !but.contains(m));
@@ -39,7 +39,8 @@ fn markers_of_other_names_are_matched_and_written_as_a_table_that_can_be_edited(
         "{text}"
     );
     assert_eq!(report["setup"]["markers"].as_array().unwrap().len(), 89);
-    // Edited, it is the truth, from the command's line and from TAKE.toml, where the path is relative to it.
+    // With the edited table the result is the truth. The table is given on the command line, or in TAKE.toml
+    // with a path relative to it.
     let lost = 7;
     for (i, row) in rows.iter_mut().enumerate() {
         row[1] = if i == lost { String::new() } else { own(row) };

@@ -1,4 +1,5 @@
-//! Takes in the wrong space: each is noticed, the sentence names the option, and with it the animation is the right one.
+//! Takes in the wrong space. Each is noticed, the sentence names the option, and with this option the
+//! animation is right.
 
 use crate::common::raw::{rig, truth};
 use crate::common::{rhytid, stderr};
@@ -7,7 +8,7 @@ use rhytid::formats::take;
 use std::path::Path;
 use tempfile::TempDir;
 
-/// The demo's performance, each position changed.
+/// The demo's performance with each position changed.
 fn changed(change: impl Fn(usize, [f64; 3]) -> [f64; 3]) -> Take {
     let mut take = truth();
     let markers = take.labels.len();
@@ -57,7 +58,7 @@ fn a_take_in_another_space_is_refused_with_the_option_that_reads_it() {
             "{name}: {}",
             stderr(&output)
         );
-        // The file states how its take was read; and what comes of it is what the right take gives.
+        // The file states how its take was read, and the result equals that of the right take.
         for (take, options) in [(&wrong, ""), (&right, "--take-unit cm --take-axes +x+y+z")] {
             let verify = format!("verify {usd} --rig {rig} --take {take} --device cpu:0 {options}");
             let output = rhytid(&verify).output().unwrap();
@@ -65,7 +66,7 @@ fn a_take_in_another_space_is_refused_with_the_option_that_reads_it() {
         }
         std::fs::remove_file(&usd).unwrap();
     }
-    // What is said is done, with a warning where it cannot be right.
+    // The option is obeyed, with a warning where it cannot be right.
     let output = animate(&right, "--take-unit mm");
     let said = stderr(&output);
     assert!(
@@ -107,7 +108,8 @@ fn a_turning_head_and_times_that_are_no_seconds_are_warned_of() {
         .zip(&right.positions)
         .map(|(a, b)| 10.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt());
     let squares: f64 = apart.map(|d| d * d).sum::<f64>() / right.positions.len() as f64;
-    // Without rigid markers a head's motion is what most of the face does: the jaw's share of it is not known.
+    // Without rigid markers a head's motion is the motion of most of the face. The jaw's share of it is
+    // unknown.
     assert!(squares.sqrt() < 1.5, "{} mm", squares.sqrt());
 
     for (name, factor, what) in
@@ -136,7 +138,7 @@ fn a_slid_label_and_missing_handles_are_warned_of() {
     let right = truth();
     let markers = right.labels.len();
     let column = |label: &str| right.labels.iter().position(|known| known == label).unwrap();
-    // A corner of the mouth is taken for the chin for a third of a second.
+    // The label of a mouth corner slides to a marker of the forehead for a third of a second.
     let mut slid = truth();
     let (from, to) = (column("mouth_corner_L"), column("forehead_L2"));
     for frame in 40..50 {
@@ -150,7 +152,7 @@ fn a_slid_label_and_missing_handles_are_warned_of() {
     );
     assert!((40..50).any(|frame| sentence.contains(&format!("in frame {frame} "))), "{said}");
 
-    // Two markers were not there at all.
+    // Two markers are missing entirely.
     let gone = [column("lip_up"), column("brow_L2")];
     let keep: Vec<usize> = (0..markers).filter(|m| !gone.contains(m)).collect();
     let fewer = Take {

@@ -1,4 +1,4 @@
-//! `rhytid stitch`: parts of a take, exported by themselves, are the take.
+//! `rhytid stitch`: parts of a take that were exported separately make up the take.
 
 use crate::common::Fixture;
 use assert_cmd::Command;

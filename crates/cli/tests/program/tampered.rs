@@ -1,8 +1,8 @@
-//! Files that something has been done to since they were exported: `verify` finds it, and `stitch` does not take them.
+//! Files that were changed after their export: `verify` finds the change, and `stitch` refuses them.
 
 use crate::common::{Fixture, stderr};
 
-/// A text to be found in a `.usda` file, and what takes its place; what `verify` says then, and its exit code.
+/// A text in a `.usda` file and its replacement. Then the words of `verify` and its exit code.
 const CHANGES: [(&str, &str, &str, i32); 10] = [
     ("metersPerUnit = 0.01", "metersPerUnit = 1", "metres per unit: 1, expected 0.01", 1),
     ("upAxis = \"Y\"", "upAxis = \"Z\"", "up axis: Z, expected Y", 1),
@@ -62,7 +62,7 @@ fn what_was_changed_is_found() {
     }
 }
 
-/// Numbers of one sample.
+/// Changed numbers of one sample.
 #[test]
 fn a_wrong_extent_and_a_wrong_normal_are_found() {
     let f = exported();

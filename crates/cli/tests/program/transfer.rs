@@ -4,7 +4,7 @@ use crate::common::{Fixture, assert_documented, list, stderr};
 use rhytid::formats::{animation, mesh, tables, take};
 use serde_json::Value;
 
-/// A sheet with a rig, and beside it one twice as fine with handles at the same places and no example.
+/// A sheet with a rig, and one twice as fine with handles at the same places and without examples.
 fn two_sheets() -> Fixture {
     let f = Fixture::new();
     f.done("solve face.toml -o face.safetensors");
@@ -36,7 +36,7 @@ fn a_sheets_expression_is_carried_over_and_its_markers_are_met() {
     ] {
         assert!(said.contains(words), "{words}: {said}");
     }
-    // What was made is what the fine sheet does when it is pinched, but for what the coarse one cannot show.
+    // The made example equals the fine sheet's pinch, except for what the coarse sheet cannot show.
     let [made, expected] =
         ["made/pinch.obj", "fine-pinch.obj"].map(|name| mesh::read(&f.path(name)).unwrap());
     let apart = made.positions.iter().zip(&expected.positions);
@@ -65,7 +65,7 @@ fn a_sheets_expression_is_carried_over_and_its_markers_are_met() {
     let page = f.read_text("report/transfer.html");
     assert!(page.contains("How far the faces are apart") && page.contains("only 5 landmarks"), "{page}");
     assert!(f.done("info report/transfer.json").contains("transfer"));
-    // The lines that are said make a project that can be solved, and then there is nothing left to transfer.
+    // The printed lines make a project that can be solved. After that there is nothing left to transfer.
     let lines = said.split("where the examples are to be kept:").nth(1).unwrap();
     f.write("kept.toml", f.read_text("fine.toml") + lines);
     f.done("solve kept.toml -o kept.safetensors");
@@ -133,7 +133,7 @@ fn what_cannot_be_transferred_is_said_and_nothing_is_written() {
         "transfer --from face.safetensors --to other.toml -o out/x.safetensors --examples out --report out",
         &["face and other share 3 landmarks", "table of landmarks"],
     );
-    // With their names it goes.
+    // With pairs of names it works.
     f.write("pairs.csv", "from,to\nleft,links\nright,right\ntop,oben\nbottom,bottom\n");
     f.done("transfer --from face.safetensors --to other.toml -o out/x.safetensors --landmarks pairs.csv");
     assert_eq!(list(&f.path("out")), ["x.safetensors"]);

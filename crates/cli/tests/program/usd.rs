@@ -1,4 +1,4 @@
-//! What USD reads from an animated file has the bits of the backend's output.
+//! The bits that USD reads from an animated file are those of the backend's output.
 
 use crate::common::{Fixture, demo};
 use rhytid::core::{Backend, rig_file};
@@ -16,7 +16,7 @@ fn usd_reads_the_backends_bits() {
     let take = take::read(&take_path, Some(&rig.handles().labels), take::Missing::Error).unwrap();
     let handles = take.handle_positions(&rig.handles().labels).unwrap();
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    // The shell alone is the large scale of another rig, from before anything was learned.
+    // The shell alone is the large scale of the rig before anything was learned.
     let mut animators = [&rig, &rig.clone().shell().unwrap()]
         .map(|rig| Animator::new(&cpu, rig, UploadOptions::frames(take.frames())).unwrap());
     animators.iter_mut().for_each(|animator| animator.evaluate(&handles).unwrap());
@@ -27,7 +27,7 @@ fn usd_reads_the_backends_bits() {
         (" --stage large-scale", 0, [Stage::LargeScale, Stage::LargeScaleNormals]),
         (" --stage shell", 1, [Stage::LargeScale, Stage::LargeScaleNormals]),
     ] {
-        // Other devices agree within rounding alone.
+        // Other devices agree only within rounding.
         let [of_rig, of_take] = [&rig_path, &take_path].map(|path| path.display());
         f.done(&format!("animate {of_rig} {of_take} -o face.usda --device cpu:0{args}"));
         let mut expected = Vec::new();

@@ -1,4 +1,4 @@
-//! `rhytid view`: a window on a display of its own, and what is said where there is none.
+//! `rhytid view`: a window on a display of its own, and the message where there is no display.
 //!
 //! Xvfb is a display whose picture is a file; xdotool moves its pointer and presses its keys.
 
@@ -9,7 +9,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
-/// How long what the window does may take, on a machine that does other things.
+/// The longest wait for the window, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 struct Display {
@@ -25,7 +25,7 @@ struct Screen {
 }
 
 impl Display {
-    /// `None` where there is no Xvfb, or nothing that presses keys.
+    /// `None` without Xvfb, or without a program that presses keys.
     fn start() -> Option<Self> {
         if Command::new("xdotool").arg("version").output().is_err() {
             rhytid_test_support::skip("there is no xdotool; `cargo xtask setup` installs it");
@@ -39,14 +39,14 @@ impl Display {
             rhytid_test_support::skip("there is no Xvfb; `cargo xtask setup` installs it");
             return None;
         };
-        // It says which display it is once it is ready.
+        // Xvfb prints its display's number once it is ready.
         let mut number = String::new();
         BufReader::new(server.stdout.take().unwrap()).read_line(&mut number).unwrap();
         assert!(number.trim().parse::<u32>().is_ok(), "Xvfb did not start: {number:?}");
         Some(Self { server, name: format!(":{}", number.trim()), folder })
     }
 
-    /// What is on it: an XWD file, a header of numbers of 4 bytes, colours of 12, and the rows.
+    /// The display's picture. An XWD file has a header of numbers of 4 bytes, colours of 12, and the rows.
     fn screen(&self) -> Screen {
         let file = std::fs::read(self.folder.path().join("Xvfb_screen0")).unwrap();
         let number = |i: usize| u32::from_be_bytes(file[4 * i..][..4].try_into().unwrap()) as usize;
@@ -56,7 +56,7 @@ impl Display {
         Screen { width, pixels: rows.as_chunks::<4>().0.to_vec() }
     }
 
-    /// Has xdotool do something; whether it could.
+    /// Lets xdotool do something. Returns whether it could.
     fn act(&self, what: &str) -> bool {
         let mut act = Command::new("xdotool");
         act.args(what.split_whitespace()).env("DISPLAY", &self.name).stderr(Stdio::null());
@@ -68,17 +68,17 @@ impl Display {
         let mut view = Command::new(env!("CARGO_BIN_EXE_rhytid"));
         view.arg("view").args(arguments).env("DISPLAY", &self.name).env_remove("RUST_LOG");
         view.env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        // Chromium's SwiftShader knows no windows, and ends a program that asks whether it does.
+        // Chromium's SwiftShader has no windows, and ends a program that asks it for them.
         view.env_remove("VK_ADD_DRIVER_FILES");
         view.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
         view.env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
         let child = view.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
-        // Without a window manager nobody else gives it the keys.
+        // Without a window manager nothing else gives the window the keys.
         wait("the window", || self.act("search --onlyvisible --name ^Rhytid$ windowfocus"));
         child
     }
 
-    /// Waits for a picture that stays, with `what` in it.
+    /// Waits for a picture that stays the same and satisfies `is_so`.
     fn still(&self, what: &str, is_so: impl Fn(&Screen) -> bool) -> Screen {
         wait(what, || {
             let screen = self.screen();
@@ -97,8 +97,8 @@ impl Drop for Display {
 }
 
 impl Screen {
-    /// The pixels of a colour: where their middle is, and how many.
-    fn of(&self, is: impl Fn([u8; 3]) -> bool) -> ([f64; 2], usize) {
+    /// The pixels of a colour: their centre and their number.
+    fn find(&self, is: impl Fn([u8; 3]) -> bool) -> ([f64; 2], usize) {
         let (mut sum, mut count) = ([0.0; 2], 0);
         for (i, _) in self.pixels.iter().enumerate().filter(|(_, [b, g, r, _])| is([*r, *g, *b])) {
             sum = [sum[0] + (i % self.width) as f64, sum[1] + (i / self.width) as f64];
@@ -107,18 +107,18 @@ impl Screen {
         (sum.map(|x| x / count.max(1) as f64), count)
     }
 
-    /// Where the marker that is taken is.
+    /// Where the selected marker is.
     fn taken(&self) -> [f64; 2] {
-        self.of(is_orange).0
+        self.find(is_orange).0
     }
 }
 
-/// As shaded skin, in light and in shadow.
+/// The colour of shaded skin, in light and in shadow.
 fn is_skin([r, g, b]: [u8; 3]) -> bool {
     r > 90 && r > g && g > b && (15..90).contains(&(r - b))
 }
 
-/// As the marker that is taken.
+/// The colour of the selected marker.
 fn is_orange([r, g, b]: [u8; 3]) -> bool {
     r > 240 && (120..190).contains(&g) && b < 20
 }
@@ -131,7 +131,7 @@ fn wait(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Exit code and what was said, once it has ended.
+/// Exit code and messages, once it has ended.
 fn ended(mut child: Child) -> (Option<i32>, String) {
     wait("the end", || child.try_wait().unwrap().is_some());
     let output = child.wait_with_output().unwrap();
@@ -150,29 +150,29 @@ fn a_marker_is_dragged_in_a_window_and_keys_close_it() {
     let Some(display) = Display::start() else { return };
     let files = ["face.safetensors", "performance.csv"].map(|name| demo().join(name));
     let mut child = display.view(&[&files[0], &files[1]]);
-    // The face, in the left part of the window: it plays at first, so that no two pictures are the same.
+    // The face, in the left part of the window. It plays at first, so that no two pictures are the same.
     wait("the face", || {
         assert!(child.try_wait().unwrap().is_none(), "it ended");
-        let (middle, skin) = display.screen().of(is_skin);
+        let (middle, skin) = display.screen().find(is_skin);
         skin > 60_000 && (300.0..620.0).contains(&middle[0]) && (200.0..560.0).contains(&middle[1])
     });
-    // The pointer away from the face, where it would make a marker larger.
+    // The pointer leaves the face, where it would enlarge a marker.
     assert!(display.act("mousemove 1150 840") && display.act("key space") && display.act("key Home"));
-    let before = display.still("a face that stays", |screen| screen.of(is_skin).1 > 60_000);
-    assert_eq!(before.of(is_orange).1, 0, "no marker is taken");
+    let before = display.still("a face that stays", |screen| screen.find(is_skin).1 > 60_000);
+    assert_eq!(before.find(is_orange).1, 0, "no marker is taken");
 
-    // At rest it does nothing.
+    // At rest the window uses no time.
     let used = ticks(&child);
     sleep(Duration::from_secs(2));
     let used = ticks(&child) - used;
     assert!(used < 20, "{} ms of the processor in two seconds at rest", 10 * used);
 
-    // A marker that is taken, and dragged from where it is.
+    // A marker is selected and dragged.
     assert!(display.act("key n"));
-    let taken = display.still("a marker that is taken", |screen| screen.of(is_orange).1 > 30);
+    let taken = display.still("a marker that is taken", |screen| screen.find(is_orange).1 > 30);
     let [x, y] = taken.taken().map(f64::round);
     assert!(display.act(&format!("mousemove {x} {y} mousedown 1")));
-    // In steps, as a hand does it.
+    // In steps, like a hand.
     for step in 1..=4 {
         assert!(display.act(&format!("mousemove {} {} sleep 0.1", x + 6.0 * f64::from(step), y + 4.0)));
     }
@@ -186,7 +186,7 @@ fn a_marker_is_dragged_in_a_window_and_keys_close_it() {
     let changed = face(&dragged).iter().zip(face(&taken)).filter(|(a, b)| **a != *b).count();
     assert!(changed > 2_000, "{changed} pixels of the face changed");
 
-    // Undone, it is the picture that it was.
+    // Undo restores the picture.
     assert!(display.act("key ctrl+z"));
     let undone = display.still("the marker where it was", |screen| near(screen.taken(), [x, y]));
     let differ = face(&undone).iter().zip(face(&taken)).filter(|(a, b)| **a != *b).count();
@@ -200,7 +200,7 @@ fn a_marker_is_dragged_in_a_window_and_keys_close_it() {
 fn ctrl_c_closes_the_window_without_a_word() {
     let Some(display) = Display::start() else { return };
     let child = display.view(&[]);
-    display.still("an empty window", |screen| screen.of(|p| p[0] > 20).1 > 1_000);
+    display.still("an empty window", |screen| screen.find(|p| p[0] > 20).1 > 1_000);
     let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(kill.unwrap().success());
     assert_eq!(ended(child), (Some(0), String::new()));

@@ -1,8 +1,9 @@
-//! Mistakes that users make, each in one sentence that says what to do; and small things that are meant to work.
+//! Mistakes that users make, each answered by one sentence that says what to do. Also small things that must
+//! work.
 
 use crate::common::{Fixture, demo, rhytid, stderr};
 
-/// Runs the command, which must be refused as the user's mistake, and gives its last line.
+/// Runs the command, which must be refused as the user's mistake. Returns its last line.
 fn refused(command: &str) -> String {
     let output = rhytid(command).output().unwrap();
     let said = stderr(&output);
@@ -88,7 +89,7 @@ fn rates_as_fractions_and_backends_without_a_number_are_understood() {
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(said.contains("at 29.97 frames per second, evaluated on cpu:0"), "{said}{}", stderr(&output));
     assert!(refused(&format!("animate {rig} {take} -o {usd} --fps 1/0 --device cpu")).contains("--help"));
-    // What was written is known again.
+    // The written file is recognised.
     let output = rhytid(&format!("info {usd}")).output().unwrap();
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(

@@ -1,4 +1,4 @@
-//! The contents of the planned buffers: of a rig once, of a batch each time.
+//! The contents of the planned buffers: those of a rig once, those of a batch each time.
 use super::{Buffer, Input, Plan, PlannedBuffer, Role, Sizes, Slice};
 use crate::{HandleFrames, HandleId, Rig, StrainEdgeId};
 use half::f16;
@@ -10,9 +10,10 @@ use std::borrow::Cow;
 use std::ops::Range;
 
 impl Plan {
-    /// What a constant buffer starts with; what is behind that is never read. Empty for the other buffers.
+    /// The first bytes of a constant buffer; the bytes behind them are never read. Empty for the other
+    /// buffers.
     ///
-    /// `rig` is the one that the plan was made for.
+    /// `rig` must be the one that the plan was made for.
     pub fn contents<'a>(&self, rig: &'a Rig, buffer: usize) -> Cow<'a, [u8]> {
         let planned = &self.buffers[buffer];
         let part = match &planned.role {
@@ -87,7 +88,7 @@ impl Plan {
         }
     }
 
-    /// The folds' weights of a part, beside example weights as they are stored.
+    /// The weights of a part's folds, computed from the example weights as they are stored.
     fn fold_weights(&self, rig: &Rig, part: Range<usize>) -> Cow<'static, [u8]> {
         let mut half = rig.half_example_weights();
         if self.fp16_basis {
@@ -127,7 +128,7 @@ impl Plan {
     }
 }
 
-/// As devices read vectors, four numbers at a time.
+/// A vector as devices read it: four numbers at a time.
 fn padded([x, y, z]: [f32; 3]) -> [f32; 4] {
     [x, y, z, 0.0]
 }
@@ -137,19 +138,19 @@ fn tiles(part: &Range<usize>) -> rayon::range::Iter<usize> {
     (part.start / TILE..part.end.div_ceil(TILE)).into_par_iter()
 }
 
-/// The offsets of a part's tiles, counted from the part's first row, in as many lists as there are.
+/// The offsets of a part's tiles in each of the `lists`, counted from the part's first row.
 fn of_tiles(offsets: &[u32], part: &Range<usize>, lists: usize) -> Vec<u32> {
     let offsets = &offsets[lists * (part.start / TILE)..=lists * part.end.div_ceil(TILE)];
     offsets.iter().map(|offset| offset - offsets[0]).collect()
 }
 
-/// Where the rows of each tile's fans begin, and where the last ones end.
+/// The first row of each tile's fans, and the end of the last ones.
 pub(super) fn fan_offsets(rig: &Rig) -> Vec<u32> {
     let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
     offsets(rig, |tile| fans_of(rig, &triangles, tile).len())
 }
 
-/// Where the rows of each tile's influences begin, and its anchors', and where the last ones end.
+/// The first row of each tile's influences and of its anchors, and the end of the last ones.
 pub(super) fn influence_offsets(rig: &Rig) -> Vec<u32> {
     let rows: Vec<[usize; 2]> = tiles(&(0..rig.vertices()))
         .map(|tile| {
@@ -166,7 +167,7 @@ fn offsets(rig: &Rig, rows: impl Fn(usize) -> usize + Sync + Send) -> Vec<u32> {
     ends(tiles(&(0..rig.vertices())).map(rows).collect())
 }
 
-/// Where each of several lists begins in all of them, one after the other, and where the last one ends.
+/// The beginning of each of several lists that stand one after the other, and the end of the last one.
 fn ends(rows: Vec<usize>) -> Vec<u32> {
     let ends = rows.iter().scan(0, |end, &rows| {
         *end += rows as u32;
@@ -175,7 +176,9 @@ fn ends(rows: Vec<usize>) -> Vec<u32> {
     std::iter::once(0).chain(ends).collect()
 }
 
-/// What drives a tile's vertices: the strain edges, and α; where the rig has bands, then the anchors, counted from F, and ν. Those are one at least, of no weight where there is none, by which a kernel knows where edges end.
+/// The influences of a tile's vertices: strain edges with α and, where the rig has bands, anchors with ν.
+/// Anchors are counted from F. Where a tile has no anchor, one with weight 0 is added, so that a kernel knows
+/// where the edges end.
 fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
     let of_tile = |per_vertex: usize, indices: &[u32], weights: &[f32]| {
         let here = tile * TILE * per_vertex..((tile + 1) * TILE).min(rig.vertices()) * per_vertex;
@@ -218,7 +221,7 @@ fn owned<T: bytemuck::NoUninit>(numbers: &[T]) -> Cow<'static, [u8]> {
     Cow::Owned(bytemuck::cast_slice(numbers).to_vec())
 }
 
-/// From n numbers for each vertex to `[⌈V/16⌉][n][16]`; what is past V is zero.
+/// From n numbers for each vertex to `[⌈V/16⌉][n][16]`. Numbers past V are zero.
 fn tiled<T: Copy + Default>(numbers: &[T], n: usize) -> Vec<T> {
     if n == 0 {
         return Vec::new();

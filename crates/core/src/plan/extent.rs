@@ -1,8 +1,8 @@
-//! What there is one of each buffer for.
+//! How many copies of each buffer there are.
 use crate::Stage;
 use rhytid_kernels::table::Buffer;
 
-/// What there is one of a buffer for.
+/// What each copy of a buffer belongs to.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Extent {
     /// The rig.

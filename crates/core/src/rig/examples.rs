@@ -8,7 +8,7 @@ use rhytid_kernels::Real;
 pub struct Examples<T: Real = f32> {
     /// P names.
     pub names: Vec<String>,
-    /// P×H positions of the handles, in mesh units: evaluated, they give the examples back.
+    /// P×H positions of the handles, in mesh units. Evaluating them reproduces the examples.
     pub handles: Table<[T; 3]>,
 }
 

@@ -8,7 +8,8 @@ use rhytid_kernels::Real;
 pub struct FineScale<T: Real = f32> {
     /// f_j, N×F strains of the centres (section 6); row 0 is zero.
     pub pose_features: Table<T>,
-    /// w, V×N of 3 (section 7), in mesh units; by the learned method the first of each vertex, the rest pose's, is b instead.
+    /// w, V×N of 3 (section 7), in mesh units. With the learned method, the first vector of each vertex, the
+    /// rest pose's, is b.
     pub rbf_weights: Table<[T; 3]>,
 }
 

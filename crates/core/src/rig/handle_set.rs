@@ -1,4 +1,4 @@
-//! The handles of a rig: who they are, where they are at rest, and what is measured of them in a frame.
+//! The handles of a rig: their labels, their rest positions, and what is measured from them in a frame.
 use super::number;
 use crate::{HandleId, Rotations, VertexId};
 use rhytid_kernels::{Real, strain, vec3};
@@ -23,9 +23,10 @@ pub struct HandleSet<T: Real = f32> {
 /// What the kernel `large_scale` reads of frames × H handle positions.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Motions<T> {
-    /// Frames × H displacements from rest or, where the handles turn, frames × 4 × H vectors of [`Rotations::motions`].
+    /// Frames × H displacements from rest or, where the handles turn, frames × 4 × H vectors of
+    /// [`Rotations::motions`].
     pub vectors: Vec<[T; 3]>,
-    /// The vertex that they turn about; `None` where they do not.
+    /// The vertex that they turn about. `None` where they do not turn.
     pub center: Option<VertexId>,
 }
 
@@ -35,12 +36,12 @@ impl<T: Real> HandleSet<T> {
         self.vertices.len()
     }
 
-    /// Whether there is none. A [`Rig`](crate::Rig) has one at least.
+    /// Whether there is none. A [`Rig`](crate::Rig) has at least one.
     pub fn is_empty(&self) -> bool {
         self.vertices.is_empty()
     }
 
-    /// F + H: the features of what is learned.
+    /// F + H: the number of features.
     pub fn features(&self) -> usize {
         self.strain_edges.len() + self.len()
     }
@@ -70,8 +71,8 @@ impl<T: Real> HandleSet<T> {
         features
     }
 
-    /// The lengths that the displacements are divided by, F + H in mesh units: `l_e` of a strain edge, `L`, the mean of
-    /// those, of an anchor. Without a strain edge, L is 1.
+    /// The lengths by which displacements are divided, F + H in mesh units. A strain edge has its rest length
+    /// `l_e`. An anchor has `L`, the mean of all `l_e`. Without a strain edge, L is 1.
     pub fn feature_lengths(&self) -> Vec<f64> {
         let mut lengths = self.exact_rest_lengths();
         let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
@@ -80,7 +81,7 @@ impl<T: Real> HandleSet<T> {
         lengths
     }
 
-    /// The rest lengths in f64, whatever the precision.
+    /// The rest lengths in f64, for any precision.
     fn exact_rest_lengths(&self) -> Vec<f64> {
         let at = |h: HandleId| self.rest[h.index()].map(T::widen);
         let length = |&[a, b]: &[HandleId; 2]| {
@@ -90,28 +91,29 @@ impl<T: Real> HandleSet<T> {
         self.strain_edges.iter().map(length).collect()
     }
 
-    /// `D_e = (u_b − u_a) / l_e` of the strain edges and `D_h = u_h / L` of the handles, F + H, where the H handles are at
-    /// `positions`.
+    /// `D_e = (u_b − u_a) / l_e` of the strain edges and `D_h = u_h / L` of the handles, F + H, where the H
+    /// handles are at `positions`.
     pub fn vector_strains(&self, positions: &[[T; 3]]) -> Vec<[f64; 3]> {
         let lengths = self.feature_lengths();
         let of_lengths = self.moved_features(positions).into_iter().zip(lengths);
         of_lengths.map(|(moved, length)| moved.map(|x| x / length)).collect()
     }
 
-    /// `u_b − u_a` of the strain edges and `u_h` of the handles, F + H in mesh units, where the H handles are at `positions`.
+    /// `u_b − u_a` of the strain edges and `u_h` of the handles, F + H in mesh units, where the H handles are
+    /// at `positions`.
     fn moved_features(&self, positions: &[[T; 3]]) -> Vec<[f64; 3]> {
         let u = self.displacements(positions);
         let of_edges = self.strain_edges.iter().map(|&[a, b]| vec3::sub(u[b.index()], u[a.index()]));
         of_edges.chain(u.iter().copied()).collect()
     }
 
-    /// u, H in mesh units: how far the handles are from rest where they are at `positions`.
+    /// u, H in mesh units: the displacements from rest of handles at `positions`.
     pub fn displacements(&self, positions: &[[T; 3]]) -> Vec<[f64; 3]> {
         let pairs = positions.iter().zip(&self.rest);
         pairs.map(|(x, rest)| [0, 1, 2].map(|c| x[c].widen() - rest[c].widen())).collect()
     }
 
-    /// What the kernel `large_scale` reads where the handles are at frames × H positions.
+    /// What the kernel `large_scale` reads for handles at frames × H positions.
     pub fn motions(&self, handle_positions: &[[T; 3]]) -> Motions<T> {
         if let Some(rotations) = Rotations::new(self) {
             let center = Some(self.vertices[rotations.center()]);

@@ -1,4 +1,4 @@
-//! Which strain edges each vertex of a rig listens to.
+//! The strain edges that influence each vertex of a rig.
 use super::number;
 use crate::{StrainEdgeId, Table};
 use rhytid_kernels::Real;
@@ -10,7 +10,7 @@ pub struct Influences<T: Real = f32> {
     pub edges: Table<StrainEdgeId>,
     /// α, V×K in [0, 1].
     pub weights: Table<T>,
-    /// β in 1/mesh unit; 0 where F ≤ K, and by the learned method, where each vertex has its own.
+    /// β in 1/mesh unit. 0 where F ≤ K, and in the learned method, where each vertex has its own.
     pub beta: f64,
 }
 
@@ -20,8 +20,8 @@ impl<T: Real> Influences<T> {
         self.edges.columns()
     }
 
-    /// What vertex `v` listens to: strain edges and α.
-    pub fn of(&self, v: usize) -> impl Iterator<Item = (StrainEdgeId, T)> + Clone {
+    /// The influences of vertex `v`: strain edges and α.
+    pub fn at(&self, v: usize) -> impl Iterator<Item = (StrainEdgeId, T)> + Clone {
         self.edges.row(v).iter().copied().zip(self.weights.row(v).iter().copied())
     }
 

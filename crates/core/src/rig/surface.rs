@@ -1,12 +1,12 @@
-//! The surface of a rig: the neutral mesh and what is exported of it.
+//! The surface of a rig: the neutral mesh and the data for its export.
 use super::number;
 use crate::{Error, Faces, Materials, Result, UpAxis, Uvs, VertexId};
 use rhytid_kernels::Real;
 
-/// The neutral mesh of V vertices, and what exports say of it.
+/// The neutral mesh of V vertices, and the data for its export.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface<T: Real = f32> {
-    /// Names what is exported.
+    /// The name of exports.
     pub name: String,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
@@ -35,11 +35,11 @@ impl<T: Real> Surface<T> {
         vertices.iter().map(|v| self.rest[v.index()]).collect()
     }
 
-    /// For each triangle the corner (index into [`Faces::indices`]) at which each of its vertices stands: what formats need that
-    /// have triangles alone.
+    /// For each triangle, the corner (index into [`Faces::indices`]) of each of its vertices. Formats that
+    /// have only triangles need it.
     ///
     /// # Errors
-    /// [`Error::Internal`] if the triangles are not made from the faces; those of a [`Rig`](crate::Rig) are.
+    /// [`Error::Internal`] if the triangles are not made from the faces. Those of a [`Rig`](crate::Rig) are.
     pub fn triangle_corners(&self) -> Result<Vec<[u32; 3]>> {
         let corners = self.faces.triangle_corners(&self.triangles);
         corners.ok_or_else(|| Error::Internal("the rig has other triangles than faces".into()))

@@ -1,4 +1,4 @@
-//! What the animator lets through to a backend, seen from a backend that only keeps a record.
+//! What the animator passes on to a backend. The backend of these tests only keeps a record.
 
 use rhytid_core::{
     Animator, Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, NoProgress, Result,
@@ -144,7 +144,7 @@ fn nothing_is_read_before_it_is_there() {
         refused(animator.read(stage, &mut out), &["nothing to read"]);
     }
     assert_eq!(out, [7.0; 2]);
-    // A batch that is refused leaves the last results; one that the device failed at does not.
+    // A batch that is refused keeps the last results. A batch that fails on the device does not.
     animator.evaluate(&[1.0; 15]).unwrap();
     refused(animator.evaluate(&[]), &[]);
     animator.read(Stage::Normals, &mut out).unwrap();
@@ -202,7 +202,7 @@ fn what_is_not_sound_is_no_rig() {
     assert!(recorder.record.lock().unwrap().uploads.is_empty());
 }
 
-/// What is in range in f64 and not in f32.
+/// Numbers that are in range in f64 and not in f32.
 #[test]
 fn what_f32_cannot_hold_is_not_rounded() {
     let exact = solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap();
@@ -225,7 +225,7 @@ fn sessions_of_every_backend_fit_behind_one_type() {
     refused(all[0].read(Stage::Strain, &mut out), &["nothing to read"]);
     refused(all[0].evaluate(&[0.0; 60]), &["at most 3"]);
     all[0].evaluate(&[3.0; 30]).unwrap();
-    // What was evaluated before the box is there after it.
+    // A batch that was evaluated before boxing can be read after it.
     let (mut before, _) = animator();
     before.evaluate(&[4.0; 15]).unwrap();
     let mut after = before.boxed();

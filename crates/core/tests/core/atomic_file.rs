@@ -28,7 +28,7 @@ fn refused(path: &Path, words: &[&str]) {
 fn dropped_before_the_end_it_leaves_nothing() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.glb");
-    // More than the buffer holds, so that bytes do reach the disk.
+    // This is more than the buffer holds, so bytes do reach the disk.
     let much = vec![1u8; 3 << 20];
     let mut file = AtomicFile::create(&path).unwrap();
     assert_eq!(file.path(), path);
@@ -85,7 +85,7 @@ fn a_name_that_is_no_file_is_refused_before_the_work() {
     let missing = folder.path().join("missing");
     refused(&missing.join("out.glb"), &["out.glb: the folder ", "missing does not exist; create it first"]);
     refused(folder.path(), &["is a folder, expected the name of a file"]);
-    // With a separator at its end the name asks for a folder, whether there is one or not.
+    // A name with a separator at its end asks for a folder, whether the folder exists or not.
     refused(&folder.path().join("out.glb/"), &["out.glb/", "is a folder"]);
     let file = folder.path().join("file");
     fs::write(&file, "").unwrap();
@@ -95,7 +95,7 @@ fn a_name_that_is_no_file_is_refused_before_the_work() {
 
 #[test]
 fn a_bare_name_is_in_the_current_folder() {
-    // Only looked at, so that the test leaves no file in the repository.
+    // The file is never finished, so the test leaves no file in the repository.
     let name = PathBuf::from("write-beside-test.partial");
     let file = AtomicFile::create(&name).unwrap();
     assert_eq!(file.path(), name);
@@ -116,7 +116,7 @@ fn others_may_read_it_as_any_new_file() {
     assert_eq!(mode(&path), mode(&ordinary), "{:o}", mode(&path));
 }
 
-/// What the disk says names the file that was asked for, not the temporary one.
+/// An error of the disk names the file that was asked for, not the temporary one.
 #[test]
 fn errors_name_the_file_that_was_asked_for() {
     let folder = tempfile::tempdir().unwrap();
@@ -124,7 +124,7 @@ fn errors_name_the_file_that_was_asked_for() {
     let file = AtomicFile::create(&path).unwrap();
     let error = file.error()(std::io::Error::other("no space left"));
     assert_eq!(error.to_string(), format!("{}: no space left", path.display()));
-    // Somebody made a folder of that name meanwhile.
+    // Meanwhile a folder of that name appears.
     fs::create_dir(&path).unwrap();
     fs::write(path.join("inside"), "").unwrap();
     assert!(matches!(file.finish(), Err(Error::Io { path: named, .. }) if named == path));

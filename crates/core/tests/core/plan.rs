@@ -1,5 +1,5 @@
-//! What is planned for a GPU covers every vertex and every frame once and stays within the device's limits. What it
-//! computes is for conformance to say.
+//! The plan for a GPU covers every vertex and every frame once, and stays within the device's limits. The
+//! conformance tests check its results.
 
 use rhytid_core::plan::{Plan, PlanLimits, Role};
 use rhytid_core::{
@@ -46,7 +46,7 @@ fn large_rig(vertices: usize) -> Rig {
     changed(&one, repeated).unwrap()
 }
 
-/// The rows of a table, so many times.
+/// The rows of a table, repeated `copies` times.
 fn times<T: Copy>(table: &Table<T>, copies: usize) -> Table<T> {
     Table::new(table.height() * copies, table.columns(), table.as_slice().repeat(copies))
 }
@@ -66,11 +66,12 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
     let (vectors, lengths) = (rig(), of_lengths(rig()));
     let chapter = changed(&vectors, |r| r.learned = None).unwrap();
     let without_detail: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| *stage != Stage::Detail).collect();
-    // Nothing is made for what does not run: bands in the chapter's method, its detail where they have the folds.
+    // Nothing is made for kernels that do not run: the bands in the chapter's method, and the detail where
+    // the bands have the folds.
     for (rig, kernels, buffers, in_order) in [
         (vectors.clone(), 7, 26, &without_detail[..]),
         (lengths, 9, 30, &Stage::ALL[..]),
-        // Where handles turn, the bands alone read displacements.
+        // Where handles turn, only the bands read displacements.
         (turning(&vectors), 7, 27, &without_detail[..]),
         (turning(&chapter), 7, 23, &Stage::ALL[..]),
         (chapter, 7, 23, &Stage::ALL[..]),
@@ -174,7 +175,8 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                         let [of_slice, v, first, part] = dispatch.params[..4].try_into().unwrap();
                         assert_eq!(v as usize, vertices);
                         let in_workgroup = 64 * dispatch.kernel.entry().at_once;
-                        // A frame's four vectors of each handle are summed as those of four frames.
+                        // Where handles turn, one frame has four vectors of each handle. They are summed like
+                        // four frames.
                         let in_a_frame = if rig.handles().rotations && name == "large_scale" { 4 } else { 1 };
                         let workgroups = [
                             part.div_ceil(in_workgroup),
@@ -228,7 +230,7 @@ fn what_a_device_cannot_do_is_said() {
     refused(PlanLimits { max_workgroups: 0, ..NO_LIMITS });
 }
 
-/// The words of a constant buffer, of a rig that is one part.
+/// The words of a constant buffer, for a rig with one part.
 fn words(rig: &Rig, buffer: Buffer) -> Vec<u32> {
     let plan = Plan::new(rig, UploadOptions::frames(1), NO_LIMITS, "test:0").unwrap();
     let index = plan.buffers().iter().position(|planned| planned.buffer == buffer).unwrap();
@@ -260,7 +262,7 @@ fn a_tiles_influences_are_those_of_its_vertices() {
         let of_rig = |v: usize| -> Vec<(u32, f32)> {
             match list % 2 {
                 _ if v >= vertices => Vec::new(),
-                0 => rig.influences().of(v).map(|(e, weight)| (e.0, weight)).collect(),
+                0 => rig.influences().at(v).map(|(e, weight)| (e.0, weight)).collect(),
                 _ => learned.anchors_of(v).map(|(h, weight)| (edges + h.0, weight)).collect(),
             }
         };
@@ -273,7 +275,8 @@ fn a_tiles_influences_are_those_of_its_vertices() {
                 of_rig(v).into_iter().filter(|(_, weight)| *weight != 0.0).collect();
             assert_eq!(found, expected, "vertex {v}");
         }
-        // Nothing is there for nothing, but for the one anchor of no weight where there is none.
+        // The first tile has no anchors, so its list has a single one with weight 0. Every other row has a
+        // weight.
         let mut of_rows = rows.clone().map(|row| &weights[16 * row..][..16]);
         match list {
             1 => assert!(rows.len() == 1 && of_rows.all(|row| row.iter().all(|&weight| weight == 0))),

@@ -1,4 +1,4 @@
-//! The rig file: what is written is read back, and nothing that is broken is let in.
+//! The rig file: a rig that is written is read back, and a damaged file is refused.
 
 use proptest::prelude::*;
 use rhytid_core::{
@@ -9,7 +9,7 @@ use rhytid_test_support::changed;
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
-/// A rig of 25 vertices with texture coordinates at the corners and materials, and so with every array.
+/// A rig of 25 vertices. It has texture coordinates at the corners and materials, and so every array.
 static RIG: LazyLock<Rig> = LazyLock::new(|| {
     let rig = solve(&rhytid_test_support::sheet::face(), &NoProgress).unwrap().rounded().unwrap();
     let values = (0..9u8).map(|i| [f32::from(i) / 8.0, 0.1]).collect();
@@ -108,7 +108,7 @@ fn what_is_written_is_read() {
     }
 }
 
-/// What is there of files that older programs wrote, and what they read of ours.
+/// Files that older programs wrote, and new files that older programs read.
 #[test]
 fn a_rig_of_the_chapters_method_is_a_file_of_version_2() {
     let chapter = changed(&RIG, |r| r.learned = None).unwrap();
@@ -119,7 +119,7 @@ fn a_rig_of_the_chapters_method_is_a_file_of_version_2() {
     assert_eq!((&metadata["version"], &metadata["method"]), (&json!(2), &json!("chapter")));
     assert!(metadata.get("learned").is_none() && header.get("anchors").is_none());
 
-    // Older programs would not turn its handles.
+    // Older programs would not turn the handles.
     for still in [&chapter, &*RIG] {
         let turning = changed(still, |r| r.handles.rotations = true).unwrap();
         let bytes = rig_file::encode(&turning).unwrap();
@@ -159,7 +159,7 @@ fn files_are_written_whole_and_named_in_errors() {
     assert_eq!(std::fs::read(&path).unwrap(), *BYTES);
     assert_eq!(rig_file::read(&path).unwrap(), *RIG);
 
-    // What could not be read back is no rig.
+    // A rig that could not be read back is refused.
     let broken = changed(&RIG, |r| r.surface.rest[3][1] = f32::INFINITY);
     assert!(matches!(broken, Err(Error::Input(m)) if m.sentence().contains("rest[10]")));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
@@ -218,7 +218,7 @@ fn any_reader_of_safetensors_finds_the_arrays() {
     assert_eq!(numbers("influence_edges"), StrainEdgeId::numbers(edges));
     assert_eq!(numbers("face_indices"), RIG.surface().faces.indices);
     assert_eq!(numbers("face_materials"), RIG.surface().materials.as_ref().unwrap().of_face);
-    // The handles where the example has them.
+    // The handles at the example's positions.
     let face = rhytid_test_support::sheet::face();
     let of_example = face.handles.vertices.iter().map(|&v| face.examples[0].positions[v.index()]);
     let of_example: Vec<f32> = of_example.flatten().map(|x| x as f32).collect();
@@ -245,14 +245,14 @@ fn files_cut_short_anywhere() {
 
 #[test]
 fn other_versions_and_other_files() {
-    // Those before 5 that are not written any more, and those that are to come.
+    // Earlier versions that are no longer written, and later ones.
     for version in [0, 1, 3, 4, 7, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
         let kind =
             refused(&bytes, &[&format!("version {version}, expected 2, 5 or 6"), "solve the face again"]);
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
-    // Such a file may have other metadata altogether, and arrays that are missing here.
+    // Such a file may have entirely different metadata, and arrays that are unknown here.
     let newer = with_metadata(|m| *m = json!({"version": 8}));
     refused(&newer, &["version 8, expected 2, 5 or 6"]);
     refused(
@@ -264,7 +264,7 @@ fn other_versions_and_other_files() {
     refused(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", &["no whole safetensors file"]);
 }
 
-/// What is not there has a meaning, since JSON cannot hold infinity, and lengths were first.
+/// A missing key has a meaning: JSON cannot hold infinity, and older files have strain lengths.
 #[test]
 fn what_is_not_said_of_the_learned_method() {
     let bytes = with_metadata(|m| {
@@ -408,7 +408,7 @@ fn numbers_that_are_none() {
     }
 }
 
-/// Sizes that would overflow, or that no memory could hold.
+/// Sizes that would overflow, or that do not fit into memory.
 #[test]
 fn sizes_that_lie() {
     for length in [u64::MAX, u64::MAX - 7, 1 << 62, 100_000_000, 100_000_001, BYTES.len() as u64 - 7] {
@@ -428,7 +428,7 @@ fn sizes_that_lie() {
             refused(&with_header(|h| h[name]["data_offsets"] = offsets), &["no whole safetensors file"]);
         }
     }
-    // Every array empty, with extents whose product would overflow if it were taken without the zero.
+    // Every array is empty. The product of its other extents would overflow.
     for extent in [0u64, 1 << 20, 1 << 40, u64::MAX] {
         let bytes = {
             let (mut header, _) = parse(&BYTES);
@@ -442,13 +442,13 @@ fn sizes_that_lie() {
         };
         refused(&bytes, &[]);
     }
-    // No vertices in the shape's first extent, but as many handles as can be counted.
+    // The shape's first extent has no vertices, but the second has the largest number of handles.
     let mut header = json!({"__metadata__": header["__metadata__"]});
     header["rest"] = json!({"dtype": "F32", "shape": [1u64 << 62, 0], "data_offsets": [0, 0]});
     refused(&assemble(&header, &[]), &["`rest`", "expected F32 [any, 3]"]);
 }
 
-/// Reads damaged bytes: refused as input, or a rig that holds what [`Rig::new`] promises.
+/// Reads damaged bytes. They must be refused as input, or give a rig that passes [`Rig::new`].
 fn survives(bytes: &[u8]) -> Result<(), TestCaseError> {
     match rig_file::decode(bytes, "face.safetensors") {
         Ok(rig) => {
@@ -477,7 +477,7 @@ proptest! {
         survives(&bytes)?;
     }
 
-    /// Damage where it hurts most: behind a header that is whole.
+    /// Damage behind a header that is whole, where it is hardest to find.
     #[test]
     fn damaged_arrays(words in prop::collection::vec((any::<prop::sample::Index>(), 0u32..30), 1..4)) {
         let (header, arrays) = parse(&BYTES);

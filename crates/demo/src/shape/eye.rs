@@ -6,16 +6,17 @@ use crate::curve::{Curve, bell, plateau, ramp, soft_max};
 const BALL: [f64; 3] = [3.04, 0.02, -2.07];
 /// The lids' outer radius.
 const LID_RADIUS: f64 = 1.42;
-/// How much of the domain beside the cut is the lid's margin, which faces the eyeball.
+/// The width of the lid's margin beside the cut, in the domain. The margin faces the eyeball.
 const MARGIN: f64 = 0.1;
 /// Over this distance from the cut the domain makes room for the opening.
 const REACH: f64 = 2.2;
 
 #[derive(Debug)]
 pub(crate) struct Eye {
-    /// The upper lid's rim over the line between the corners, by the way from the inner (0) to the outer (1).
+    /// The height of the upper lid's rim over the line between the corners. Its argument is the way from the
+    /// inner corner (0) to the outer one (1).
     upper: Curve,
-    /// The lower lid's rim below it.
+    /// The depth of the lower lid's rim below this line.
     lower: Curve,
 }
 
@@ -80,7 +81,7 @@ impl Eye {
     fn ball(x: f64, y: f64) -> f64 {
         let (dx, dy) = (x.abs() - BALL[0], y - BALL[1]);
         let outside = LID_RADIUS * LID_RADIUS - 0.8 * dx * dx - dy * dy;
-        // Continued beyond the sphere by a slope, far below the socket.
+        // Beyond the sphere it continues as a slope, far below the socket.
         BALL[2] + if outside > 0.04 { outside.sqrt() } else { 0.2 + (outside - 0.04) * 2.5 }
     }
 

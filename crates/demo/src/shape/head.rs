@@ -93,7 +93,7 @@ const LIFT: [[f64; 2]; 15] = [
 
 #[derive(Debug)]
 pub(super) struct Head {
-    /// Half the head's width, by `up`; also what the others depend on.
+    /// Half the head's width, by `up`. The other curves depend on it.
     width: Curve,
     /// y of the midline.
     height: Curve,
@@ -101,7 +101,7 @@ pub(super) struct Head {
     profile: Curve,
     /// z of the rim before the ears.
     back: Curve,
-    /// How far a line of equal `up` rises towards the ears: the jaw's edge is one.
+    /// How far a line of equal `up` rises towards the ears. The jaw's edge is such a line.
     lift: Curve,
 }
 
@@ -129,7 +129,7 @@ impl Head {
             + outward * ramp(across.abs(), super::HALF_WIDTH + 1.0, 7.0) * DVec3::new(sin, 0.0, cos)
     }
 
-    /// Bones and flesh that are seen from the front, as a height along z.
+    /// Bones and flesh that are visible from the front, as a height along z.
     fn forward(x: f64, y: f64) -> f64 {
         let side = x.abs();
         let brow_line = 1.75 + 0.3 * ramp(side, 1.0, 3.6) - 0.35 * ramp(side, 3.8, 5.6);

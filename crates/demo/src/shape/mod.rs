@@ -1,8 +1,8 @@
 //! The neutral surface: a continuous function from a flat domain to space, sampled at any resolution.
 //!
 //! The domain is a sheet laid over the face, in centimetres: `across` runs from the right temple (negative)
-//! to the left, `up` from the neck to the hairline. It is cut along three lines: the eyes' and the mouth's. The
-//! sides of a cut are pulled apart by the surface, so that openings have smooth rims at every resolution.
+//! to the left, `up` from the neck to the hairline. It is cut along three lines: those of the two eyes and of
+//! the mouth. The surface pulls the sides of a cut apart, so openings have smooth rims at every resolution.
 //!
 //! Space: x to the face's left, y up, z forward, in centimetres; the pupils are at y = 0.
 
@@ -34,7 +34,7 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
-    /// The one there is.
+    /// The only neutral face.
     pub(crate) fn new() -> Self {
         Self { head: Head::new(), nose: Nose::new(), eye: Eye::new(), mouth: Mouth::new() }
     }
@@ -52,11 +52,11 @@ impl Shape {
         p
     }
 
-    /// The outward normal there, of length 1.
+    /// The outward normal of a site, of length 1.
     pub(crate) fn normal(&self, site: Site) -> DVec3 {
         const STEP: f64 = 0.02;
         let across = self.position(site.shifted(STEP, 0.0)) - self.position(site.shifted(-STEP, 0.0));
-        // Away from the nearest cut, which must not be crossed.
+        // The difference is taken away from the nearest cut, which must not be crossed.
         let middle = 0.5 * (EYE_LINE + MOUTH_LINE);
         let upward = site.above_eyes || (site.above_mouth && site.up < middle);
         let step = if upward { STEP } else { -STEP };

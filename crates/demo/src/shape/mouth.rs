@@ -3,7 +3,7 @@ use super::site::{MOUTH_CUT, MOUTH_LINE, Site};
 use crate::curve::{Curve, bell, pair, ramp, soft_max};
 use glam::DVec3;
 
-/// How much of the domain beside the cut is the inside of the lips.
+/// The width of the inside of the lips beside the cut, in the domain.
 const INNER: f64 = 0.3;
 /// How far the inside reaches back.
 const INNER_DEPTH: f64 = 0.4;
@@ -16,11 +16,11 @@ const REACH: f64 = 2.4;
 pub(crate) struct Mouth {
     /// y of the line between the lips, by the distance from the midline.
     line: Curve,
-    /// Height of the upper lip's red, by the same.
+    /// Height of the upper lip's red, by the distance from the midline.
     upper: Curve,
     /// Height of the lower lip's red.
     lower: Curve,
-    /// How far a lip stands out, by the distance from the line in heights of the red.
+    /// How far a lip stands out. Its argument is the distance from the line, in heights of the red.
     roll: Curve,
 }
 
@@ -69,7 +69,7 @@ impl Mouth {
         INNER * (1.0 - (across / MOUTH_CUT).powi(2).min(1.0)).powf(0.7)
     }
 
-    /// `up` after the inside of the lips was folded in.
+    /// `up` after the inside of the lips is folded in.
     pub(crate) fn open(&self, site: Site, up: f64) -> f64 {
         let from_cut = (site.up - MOUTH_LINE).abs();
         let reach = ramp(from_cut, REACH, 0.0);
@@ -79,7 +79,7 @@ impl Mouth {
         up + reach * (line + if site.above_mouth { shrunk } else { -shrunk })
     }
 
-    /// What the lips add to the point at `x`, `y`.
+    /// The displacement by the lips of the point at `x`, `y`.
     pub(crate) fn lips(&self, site: Site, x: f64, y: f64) -> DVec3 {
         let side = x.abs();
         if side > 5.0 || !(-9.5..-3.5).contains(&y) {

@@ -6,16 +6,16 @@ pub(crate) const HALF_WIDTH: f64 = 10.0;
 pub(crate) const BOTTOM: f64 = -15.2;
 /// The domain's upper end, at the hairline.
 pub(crate) const TOP: f64 = 8.6;
-/// Where the eyes are cut open.
+/// `up` of the cut through the eyes.
 pub(crate) const EYE_LINE: f64 = 0.0;
-/// Between these distances from the midline.
+/// The cut through an eye lies between these distances from the midline.
 pub(crate) const EYE_CUT: [f64; 2] = [1.75, 4.7];
-/// Where the mouth is cut open.
+/// `up` of the cut through the mouth.
 pub(crate) const MOUTH_LINE: f64 = -6.45;
-/// To this distance from the midline on both sides.
+/// The cut through the mouth goes to this distance from the midline on both sides.
 pub(crate) const MOUTH_CUT: f64 = 2.65;
 
-/// A point of the domain. On a cut, the flags say which side of it is meant.
+/// A point of the domain. On a cut, the flags say to which side it belongs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Site {
     /// Across the face, in [-[`HALF_WIDTH`], [`HALF_WIDTH`]].

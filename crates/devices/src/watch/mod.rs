@@ -1,5 +1,5 @@
-//! What a device computes is compared with what the processor computes of the same, now and then: a driver that does nothing and
-//! says that all went well, or goes wrong later, would otherwise be in every frame that comes after.
+//! From time to time, results of a device are compared with those of the processor. A driver may do nothing
+//! and report success, or fail later. Without the comparison, all later frames would have its errors.
 
 mod normals;
 
@@ -13,18 +13,21 @@ use std::time::{Duration, Instant};
 
 /// Vertices that are compared when a rig is uploaded.
 const AT_FIRST: usize = 1024;
-/// Vertices that are compared of one frame later on.
+/// Vertices of one frame that are compared later.
 const LATER: usize = 64;
-/// Normals of each frame that are computed anew.
+/// Normals of each frame that are computed again.
 const NORMALS: usize = 16;
-/// How long no comparison with the processor is made after one.
+/// The least time between two comparisons with the processor.
 const PAUSE: Duration = Duration::from_secs(1);
-/// Two devices differ by rounding: by less than this part of the face's diagonal, and of what handles move by.
+/// Two devices differ by rounding. A vertex may be off by this part of the face's diagonal, or of the largest
+/// coordinate if that is larger.
 const ROUNDING: f32 = 1e-4;
-/// No face goes farther from its rest pose than this many diagonals, and this many times as far as its handles make its vertices go.
+/// The bound for displacements: this many diagonals of the face, plus this many times the displacement that
+/// the handles can cause.
 const FARTHEST: f32 = 4.0;
 
-/// Watches one device: what every frame of a `rhytid_playback::Playback` goes by, and what a program that evaluates by itself can have.
+/// Watches one device. A `rhytid_playback::Playback` checks every frame with it. A program with its own
+/// evaluation can use it too.
 pub struct Watch<'a> {
     rig: &'a Rig,
     options: UploadOptions,
@@ -32,21 +35,21 @@ pub struct Watch<'a> {
     processor: Device,
     diagonal: f32,
     bounds: [[f32; 3]; 2],
-    /// The most that a vertex moves where every handle moves by 1.
+    /// The largest displacement of a vertex if every handle moves by 1.
     gain: f32,
     normals: Normals<'a>,
     last: Instant,
-    /// Which vertices are compared with the processor's next, and whose normals are.
+    /// The vertices that are compared next, and those whose normals are compared next.
     looks: Looks,
     normal_looks: Looks,
 }
 
 impl<'a> Watch<'a> {
-    /// Looks at a device that `rig` was just uploaded to; `None` where there is nothing to compare with, as for the processor
-    /// itself.
+    /// Begins to watch a device to which `rig` has just been uploaded. `None` where there is nothing to
+    /// compare with, as for the processor itself.
     ///
     /// # Errors
-    /// [`Error::Device`] if the device does not do one frame as the processor does it.
+    /// [`Error::Device`] if the device does not compute one frame as the processor does.
     pub fn begin(
         rig: &'a Rig,
         options: UploadOptions,
@@ -73,12 +76,12 @@ impl<'a> Watch<'a> {
             diagonal,
             bounds: [low, high],
             gain,
-            normals: Normals::of(rig),
+            normals: Normals::new(rig),
             last: Instant::now(),
             looks: Looks::default(),
             normal_looks: Looks::default(),
         };
-        // An example is a frame that the rig knows; without any, handles that move apart.
+        // The frame is an example. Without examples, the handles move apart.
         let handles: Vec<f32> = match rig.examples().handles.rows().next() {
             Some(example) => example.as_flattened().to_vec(),
             None => rig.handles().rest.iter().flat_map(|x| x.map(|x| 1.01 * x + 0.001 * diagonal)).collect(),
@@ -95,18 +98,20 @@ impl<'a> Watch<'a> {
         Ok(Some(watch))
     }
 
-    /// Whether the next batch is one of which vertices are compared, a second after the last one: a program that otherwise has no use
-    /// for results on the host reads those of such a batch.
+    /// Whether vertices of the next batch are compared: a second has passed since the last comparison. A
+    /// program that does not need results on the host has to read those of such a batch.
     pub fn is_due(&self) -> bool {
         self.last.elapsed() > PAUSE
     }
 
-    /// Looks at `stages` of a batch, and what was found of each: all positions are where a face can be, and from time to time a few of the last frame are where the
-    /// processor has them; all normals are of length 1, or 0 where the triangles have no direction, and a few of each frame are those of
-    /// the triangles. Normals without their positions say nothing, and the other stages are not played.
+    /// Checks `stages` of a batch, with the result of each in `found`. All positions must be where a face can
+    /// be. From time to time, a few positions of the last frame must be those of the processor. All normals
+    /// must have length 1, or 0 where the triangles have no direction. A few normals of each frame must be
+    /// those of the triangles. Normals without positions are not checked. The other stages are not played,
+    /// and not checked.
     ///
     /// # Errors
-    /// [`Error::Device`] if not.
+    /// [`Error::Device`] if a check fails.
     pub fn batch(&mut self, handles: &[f32], stages: &[Stage], found: &[Vec<f32>]) -> Result<()> {
         let of = |wanted| stages.iter().position(|stage| *stage == wanted).map(|i| &found[i]);
         let is_due = self.is_due();
@@ -131,7 +136,8 @@ impl<'a> Watch<'a> {
         let (per_frame, of_frame) = (self.rig.handles().vertices.len() * 3, self.rig.vertices() * 3);
         for (handles, found) in handles.chunks_exact(per_frame).zip(found.chunks_exact(of_frame)) {
             if let Some(vertex) = self.out_of_bounds(handles, found) {
-                // Unless the handles are where no face has them, so that the processor finds the same.
+                // The handles may be where no face has them. The processor then gives the same result, which
+                // is no error.
                 self.compare_vertices(handles, stage, found, &[VertexId::from_index(vertex)])?;
             }
         }
@@ -142,14 +148,14 @@ impl<'a> Watch<'a> {
         Ok(())
     }
 
-    /// The first vertex that is farther away than any face goes, or not a number.
+    /// The first vertex that is farther away than any face can go, or is not a number.
     fn out_of_bounds(&self, handles: &[f32], found: &[f32]) -> Option<usize> {
         let rest = self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]);
         let moved = handles.iter().zip(rest).map(|(x, rest)| (x - rest).abs()).fold(0.0, f32::max);
         let most = FARTHEST * (self.diagonal + self.gain * moved);
         let [low, high] = self.bounds;
         let (low, high) = (low.map(|x| x - most), high.map(|x| x + most));
-        // In blocks without an exit, which a processor compares many at a time.
+        // The blocks have no early exit, so the processor compares many at a time.
         let is_in = |block: &[[f32; 3]]| {
             block
                 .iter()
@@ -168,7 +174,7 @@ impl<'a> Watch<'a> {
         self.compare_vertices(handles, stage, found, &vertices)
     }
 
-    /// Computes `count` normals of each frame anew, and all that are not of length 1.
+    /// Checks `count` normals of each frame, and all normals whose length is not 1, by computing them again.
     fn compare_normals(&mut self, positions: &[f32], normals: &[f32], count: usize) -> Result<()> {
         let v = self.rig.vertices();
         let (positions, normals) = (positions.as_chunks().0, normals.as_chunks().0);
@@ -222,7 +228,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// Where on the face to look: others each time.
+/// The vertices to check: other ones each time.
 #[derive(Default)]
 struct Looks(u64);
 
@@ -230,7 +236,7 @@ impl Looks {
     /// Up to `count` of `vertices` vertices, evenly spread.
     fn next(&mut self, vertices: usize, count: usize) -> impl Iterator<Item = usize> + use<> {
         let step = vertices.div_ceil(count).max(1);
-        // Steps of the golden section leave no part of the face for long, whatever the step is divisible by.
+        // Steps of the golden section reach every part of the face soon, for any number of vertices.
         let part = self.0.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 32;
         self.0 += 1;
         let first = ((part * step as u64) >> 32) as usize;

@@ -1,17 +1,17 @@
-//! Normals beside the positions that they are of, which a device gives as well: what is wrong with one is wrong with the other, or with
-//! the device. A few of them are computed anew each time, and all have their length.
+//! Checks of normals against the positions from the same device. If both do not agree, one of them is wrong.
+//! A few normals are computed again each time, and the length of all is checked.
 
 use rayon::prelude::*;
 use rhytid_conformance::reference;
 use rhytid_core::Rig;
 use rhytid_kernels::normals::VertexTriangles;
 
-/// A normal may be off by so many times what conformance allows for rounding: a device that was asked for need not conform. Where the
-/// triangles are no slivers that is a ten-thousandth.
+/// A normal may be off by this many times the bound of conformance for rounding, since a requested device
+/// need not conform. For triangles that are no slivers, this is a ten-thousandth.
 const ROUNDINGS: f64 = 64.0;
-/// Where rounding alone may turn a normal by more than this, its length is all that can be said of it.
+/// If rounding alone may turn a normal by more than this, only its length is checked.
 const UNDETERMINED: f64 = 0.5;
-/// The square of a normal's length is 1 within this.
+/// The tolerance of the square of a normal's length, which is 1.
 const LENGTH: f32 = 1e-3;
 
 /// The triangles at each vertex of a rig.
@@ -28,7 +28,7 @@ pub(super) struct Wrong {
 }
 
 impl<'a> Normals<'a> {
-    pub(super) fn of(rig: &'a Rig) -> Self {
+    pub(super) fn new(rig: &'a Rig) -> Self {
         Self {
             triangles: &rig.surface().triangles,
             at: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
@@ -45,7 +45,7 @@ impl<'a> Normals<'a> {
         vertices.into_iter().find_map(|v| self.wrong(positions, normals, v))
     }
 
-    /// The normal of one vertex, unless it is right.
+    /// The normal of one vertex if it is wrong.
     fn wrong(&self, positions: &[[f32; 3]], normals: &[[f32; 3]], vertex: usize) -> Option<Wrong> {
         let found = normals[vertex];
         let incident = self.at.at(vertex).iter().map(|&t| self.triangles[t as usize]);
@@ -65,7 +65,7 @@ pub(super) fn are_units(normals: &[[f32; 3]]) -> bool {
     normals.par_chunks(1 << 14).all(|block| block.iter().fold(true, |all, n| all & is_unit(n)))
 }
 
-/// The vertices whose normals are not.
+/// The vertices whose normals are not of length 1.
 pub(super) fn no_units(normals: &[[f32; 3]]) -> impl Iterator<Item = usize> {
     (0..normals.len()).filter(|&v| !is_unit(&normals[v]))
 }
@@ -79,8 +79,8 @@ mod tests {
     use super::*;
     use rhytid_kernels::normals::vertex_normal;
 
-    /// Fans of triangles of every shape around vertex 0, some of them slivers without a direction, and what float32 makes of them with
-    /// their triangles and corners in another order.
+    /// Fans of triangles of every shape around vertex 0. Some triangles are slivers without a direction. Each
+    /// fan comes with its normal in float32, computed with triangles and corners in another order.
     fn fans() -> impl Iterator<Item = (Vec<[f32; 3]>, Vec<[u32; 3]>, [f32; 3])> {
         let mut state = 1u64;
         let mut random = move || {

@@ -62,7 +62,7 @@ fn watch_of(rig: &Rig, options: UploadOptions) -> Watch<'_> {
     Watch::begin(rig, options, &watched("sound"), &mut open.upload(rig, options).unwrap()).unwrap().unwrap()
 }
 
-/// At positions alone.
+/// Checks positions only.
 fn look(watch: &mut Watch<'_>, handles: &[f32], found: &[f32]) -> Result<()> {
     watch.batch(handles, &[Stage::Positions], &[found.to_vec()])
 }
@@ -85,7 +85,8 @@ fn what_is_nowhere_near_is_found_at_once_and_what_is_wrong_within_seconds() {
         let said = sentence(look(&mut watch, &handles, &found));
         assert!(said.contains("computes wrongly: vertex 100 is at"), "{wrong}: {said}");
     }
-    // A tenth of a millimetre in one vertex of a thousand, somewhere: a look a second at other vertices each time.
+    // One vertex of a thousand is off by a tenth of a millimetre. There is one check a second, of other
+    // vertices each time.
     let mut found = right.clone();
     found.chunks_exact_mut(3 * 1000).for_each(|many| many[0] += 0.1);
     look(&mut watch, &handles, &found).unwrap();
@@ -135,7 +136,7 @@ fn normals_that_are_not_those_of_the_positions_are_found() {
         for _ in 0..200 {
             look(right.clone()).unwrap();
         }
-        // A single one of another length, in the second frame, at once.
+        // A single normal of another length in the second frame is found at once.
         let frame = right.len() / 2;
         for factor in [0.0, 0.9, 1.1, f32::NAN, f32::INFINITY] {
             let mut found = right.clone();
@@ -143,14 +144,15 @@ fn normals_that_are_not_those_of_the_positions_are_found() {
             let said = sentence(look(found));
             assert!(said.contains("vertex 100 has the normal ["), "{factor}: {said}");
         }
-        // None, all inside out, all of the other frame, and of the one that is not the last: at once.
+        // These are found at once: no normals, all inside out, all of the other frame, and wrong ones in a
+        // frame that is not the last.
         let flipped: Vec<f32> = right.iter().map(|x| -x).collect();
         let others = [&right[frame..], &right[..frame]].concat();
         let of_the_last = right[frame..].repeat(2);
         for found in [vec![0.0; right.len()], flipped, others, of_the_last] {
             assert!(sentence(look(found)).contains("its triangles have"));
         }
-        // Every fiftieth inside out: others are looked at each time.
+        // Every fiftieth normal is inside out. Other vertices are checked each time.
         let mut found = right.clone();
         found.chunks_exact_mut(3 * 50).for_each(|many| many[..3].iter_mut().for_each(|x| *x = -*x));
         assert!((0..rig.vertices() / NORMALS).any(|_| look(found.clone()).is_err()), "never found");

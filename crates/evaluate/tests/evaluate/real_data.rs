@@ -51,7 +51,7 @@ fn clean_take(shared: &Path, face: &Face) -> Take {
         .unwrap()
 }
 
-fn of<'a>(comparisons: &'a [Comparison], method: &str) -> &'a Comparison {
+fn comparison<'a>(comparisons: &'a [Comparison], method: &str) -> &'a Comparison {
     comparisons.iter().find(|comparison| comparison.method == method).unwrap()
 }
 
@@ -80,18 +80,21 @@ fn every_method_is_as_far_from_the_truth_as_others_have_found_it() {
     assert_eq!(comparisons[0].method, "learned");
     // Others have 0.173 mm without a reach, which `conformance` compares with.
     for (method, expected, tolerance) in [("learned", 0.182, 0.001), ("chapter", 0.500, 0.005)] {
-        let found = of(&comparisons, method);
+        let found = comparison(&comparisons, method);
         println!("{method}: {} mm, folds {} mm", found.errors.rms_mm, found.fold_band_rms_mm);
         assert!((found.errors.rms_mm - expected).abs() < tolerance, "{method}: {:?}", found.errors.rms_mm);
         assert!(found.fold_band_rms_mm < found.errors.rms_mm);
         assert!(found.errors.p95_mm < found.errors.p99_9_mm && found.errors.p99_9_mm < found.errors.worst_mm);
     }
-    let learned = &of(&comparisons, "learned").errors;
+    let learned = &comparison(&comparisons, "learned").errors;
     for other in ["chapter", "shell", "blendshapes", "components"] {
-        assert!(of(&comparisons, other).errors.rms_mm > 2.5 * learned.rms_mm, "{other}");
+        assert!(comparison(&comparisons, other).errors.rms_mm > 2.5 * learned.rms_mm, "{other}");
     }
     // Any weights meet the markers better than weights from 0 to 1.
-    assert!(of(&comparisons, "components").errors.rms_mm < of(&comparisons, "blendshapes").errors.rms_mm);
+    assert!(
+        comparison(&comparisons, "components").errors.rms_mm
+            < comparison(&comparisons, "blendshapes").errors.rms_mm
+    );
 
     // The map is right in where: regions that are worse without an example are worse on the truth.
     let left_out = found.leave_one_out.unwrap();

@@ -1,9 +1,10 @@
 //! The vertices near the bound or beyond it, which ADMM pulls (see [`super::fit`]).
 //!
-//! `Q T + D` (F×3V) is to be replaced by its best approximation of rank n. One step of subspace iteration with a
-//! Rayleigh–Ritz projection does that, as the directions hardly change between two iterations. With G the Gram matrix
-//! of `Q T + D` and `P = Qᵀ (Q T + D) = T + Qᵀ D`, the columns of Q and of G Q span what those of Q and of
-//! `B = D Pᵀ` span. S = [Q, S₂] has that as an orthonormal basis, F×s. So
+//! `Q T + D` (F×3V) is to be replaced by its best approximation of rank n. The directions hardly change
+//! between two iterations, so one step of subspace iteration with a Rayleigh–Ritz projection suffices. Let G
+//! be the Gram matrix of `Q T + D`, `P = Qᵀ (Q T + D) = T + Qᵀ D` and `B = D Pᵀ`. Then the columns of Q and
+//! of G Q span the same space as those of Q and of B. S = [Q, S₂], F×s, is an orthonormal basis of this
+//! space. So
 //!
 //! `R = Sᵀ (Q T + D) = [P; S₂ᵀ D]`, `R Rᵀ = A diag(λ) Aᵀ`, `Q ← S A`, `T ← Aᵀ R`
 //!
@@ -18,10 +19,12 @@ use rhytid_core::Result;
 
 /// Iterations until all vertices are looked at again.
 const ITERATIONS: usize = 8;
-/// What is pulled is pulled a little further than to the bound: then finitely many iterations suffice. The further,
-/// the fewer; but at 0.9 a head's animation needs 47 targets that at 0.93 and 0.95 needs 46.
+/// Vectors are pulled a little further than to the bound: then finitely many iterations suffice. A smaller
+/// number needs fewer iterations. But with 0.9, a head's animation needs 47 targets, and with 0.93 or 0.95 it
+/// needs 46.
 const PULL_TO: f32 = 0.93;
-/// Parts that the vertices are divided into: sums over a part are added in order, so that threads do not matter.
+/// Parts that the vertices are divided into: sums over a part are added in order, so that threads do not
+/// matter.
 const PARTS: usize = 64;
 /// Vertices that are looked at together.
 const GROUP: usize = 32;
@@ -32,7 +35,7 @@ pub(super) struct Active {
     pub vertices: Vec<usize>,
     /// Their columns of Y, 3F numbers each.
     pub y: Vec<f32>,
-    /// Numbers of (vertex, frame) beyond the bound, those of vertices for which there was no memory included.
+    /// Pairs of vertex and frame beyond the bound. Vertices for which there was no memory count too.
     pub over: usize,
     /// Whether there was memory for all that are beyond the bound.
     pub complete: bool,
@@ -46,7 +49,7 @@ struct Entry {
     d: Vec3,
 }
 
-/// What pulling the vertices of one part came to.
+/// The result of pulling the vertices of one part.
 struct Part {
     entries: Vec<Entry>,
     /// Their part of B, row-major F×n.
@@ -97,7 +100,7 @@ pub(super) fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> 
     Ok(())
 }
 
-/// Aᵀ, n×s: the constant direction stays the first, what is constant is not counted as one of the others.
+/// Aᵀ, n×s. The constant direction stays the first and does not count as one of the others.
 fn leading(gram: &Mat<f64>, n: usize) -> Result<Mat<f64>> {
     let s = gram.nrows();
     let axes = eigen(&gram.submatrix(1, 1, s - 1, s - 1).to_owned())?.vectors;

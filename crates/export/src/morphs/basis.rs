@@ -1,9 +1,10 @@
 //! The choice of columns to store: a fit's, turned so that rounding the targets does the least harm.
 //!
-//! The errors of rounded targets reach a frame through its weights. With independent errors of the same size in all
-//! targets, their variance in frame f is the squared length of row f of the weights. The D-optimal design, a weight
-//! for each frame, gives the columns (orthonormal under it) for which the largest of these is as small as it can be.
-//! Among those, the principal axes of the targets are stored, which need the fewest levels.
+//! The errors of rounded targets reach a frame through its weights. If the errors are independent and of the
+//! same size in all targets, their variance in frame f is the squared length of row f of the weights. The
+//! D-optimal design gives each frame a weight. The columns that are orthonormal under the design make the
+//! largest of these variances as small as possible. Among those columns, the principal axes of the targets
+//! are stored, because they need the fewest levels.
 
 use super::factors::{Fit, follow, outer};
 use super::linear::{eigen, product};

@@ -11,7 +11,7 @@ use rhytid_core::Result;
 /// A factorisation `Y ≈ Q T`.
 #[derive(Clone)]
 pub(super) struct Fit {
-    /// F×n, orthonormal, the first column constant. The others explain the less the further behind they are.
+    /// F×n, orthonormal, the first column constant. The further behind a column is, the less it explains.
     pub q: Mat<f64>,
     /// Column-major n×3V.
     pub t: Vec<f32>,
@@ -29,7 +29,7 @@ impl Fit {
         Ok(Self { q, t, pulls: vec![Vec::new(); frames.vertices()] })
     }
 
-    /// The first n columns. The multipliers stay: what was hard to reach stays so.
+    /// The first n columns. The multipliers stay, because a place that was hard to reach stays so.
     pub(super) fn first(&self, n: usize) -> Self {
         let t = self.t.chunks(self.q.ncols()).flat_map(|t| &t[..n]).copied().collect();
         Self { q: self.q.subcols(0, n).to_owned(), t, pulls: self.pulls.clone() }
@@ -87,7 +87,8 @@ pub(super) fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
     m
 }
 
-/// The squared distances of a vertex (3F numbers, component by component) from where it should be, for each frame.
+/// The squared distances of a vertex (3F numbers, component by component) from where it should be, for each
+/// frame.
 pub(super) fn distances(y: &[f32], m: &[f32], squares: &mut [f32]) {
     let f = squares.len();
     for (c, (y, m)) in y.chunks_exact(f).zip(m.chunks_exact(f)).enumerate() {

@@ -1,16 +1,19 @@
 //! Frames as combinations of n columns, so that no vertex is further than a bound from its place.
 //!
-//! Wanted is a matrix M = Q T of rank n (F×3V; Q: F×n, orthonormal, its first column constant; T: n×3V) within the
-//! bound of Y, the centred positions, for each vertex of each frame. ADMM (Boyd et al. 2011, sections 5.1 and 9.1)
-//! projects in turn onto the matrices near Y (each 3-vector for itself, pulled to the ball around its place) and onto
-//! those of rank n (the leading directions), with multipliers U that remember how hard each 3-vector had to be pulled.
-//! With Z the pulled M + U:
+//! Wanted is a matrix M = Q T of rank n. Q is F×n and orthonormal, and its first column is constant. T is
+//! n×3V. With Y the centred positions, M has to be within the bound of Y for each vertex of each frame.
+//!
+//! ADMM (Boyd et al. 2011, sections 5.1 and 9.1) projects in turn onto two sets. The first is the matrices
+//! near Y: each 3-vector is pulled to the ball around its own place. The second is the matrices of rank n:
+//! the leading directions. Multipliers U remember how hard each 3-vector had to be pulled. With Z the pulled
+//! M + U:
 //!
 //! `U ← M + U − Z`, `M ← rank n of Z − U`
 //!
-//! Only what is near the bound is pulled, so `Z − U` differs from M in few numbers, D. Vertices that are far from the
-//! bound just follow Q meanwhile ([`super::active`] has the others); all are looked at every few iterations, those that
-//! have come near the bound join, and nothing is returned before all vertices of all frames were found within it.
+//! Only vectors near the bound are pulled, so `Z − U` differs from M in few numbers, D. Vertices far from the
+//! bound just follow Q; [`super::active`] has the others. Every few iterations all vertices are examined, and
+//! those that came near the bound join the active ones. A fit is returned only after all vertices of all
+//! frames were found within the bound.
 
 use super::active::{Active, improve};
 use super::factors::{Fit, combine, distances, narrow};
@@ -18,17 +21,18 @@ use super::frames::{Centred, TASK};
 use rayon::prelude::*;
 use rhytid_core::Result;
 
-/// Times that all vertices are looked at.
+/// How many times all vertices are examined.
 pub(super) const ROUNDS: usize = 16;
-/// So many numbers of (vertex, frame) beyond the bound, foreseen for the last round, are too many to go on. The last
-/// few go faster than those before them: where 6 were foreseen, the rank has succeeded after all.
+/// The fit is given up if more than so many pairs of vertex and frame are foreseen beyond the bound after the
+/// last round. The last few vanish faster than those before them: fits with 6 foreseen have still succeeded.
 const HOPELESS: f64 = 10.0;
-/// Vertices with an error above this part of the bound are looked at in every iteration.
+/// Vertices with an error above this part of the bound are active: every iteration works on them.
 const NEAR: f32 = 0.75;
-/// Memory for these, in bytes. If more vertices are beyond the bound, there are too few columns.
+/// Memory for the active vertices, in bytes. If more vertices are beyond the bound, there are too few
+/// columns.
 const ACTIVE_BYTES: usize = 1 << 30;
 
-/// Improves a fit until it is within the bound; none if its number of columns does not seem to suffice. `tick` is
+/// Improves a fit until it is within the bound; `None` if its columns do not seem to suffice. `tick` is
 /// called once a round.
 ///
 /// # Errors
@@ -56,8 +60,8 @@ pub(super) fn fit(
     Ok(None)
 }
 
-/// Whether too much will be left beyond the bound after all rounds if each takes away the part that the last two took.
-/// Few numbers come and go, so that they may grow.
+/// Whether too many pairs will be beyond the bound after all rounds, if each round removes the same part as
+/// the last two did. A small number may also grow for a while, which is not held against the fit.
 fn hopeless(history: &[usize]) -> bool {
     let &[.., before, _, now] = history else { return false };
     let (before, now) = (before as f64, now as f64);
@@ -65,7 +69,7 @@ fn hopeless(history: &[usize]) -> bool {
     now * (now / before).min(1.0).powf(left as f64 / 2.0) > HOPELESS
 }
 
-/// Looks at all vertices.
+/// Examines all vertices and collects those near the bound.
 fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
     let (f, n) = (fit.q.nrows(), fit.q.ncols());
     let q = narrow(&fit.q);

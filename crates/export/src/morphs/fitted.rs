@@ -1,4 +1,5 @@
-//! Other attributes for the weights that the positions have: least squares over the frames, as normals are fitted.
+//! Other attributes for the weights that the positions have: least squares over the frames, as normals are
+//! fitted.
 
 use super::basis::Basis;
 use super::factors::{follow, project};
@@ -10,7 +11,7 @@ use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use rhytid_core::Result;
 
-/// Fits attribute `extra` of all frames to weights of which column k ends at `tops[k]`.
+/// Fits attribute `extra` of all frames to the weights. Those of column k end at `tops[k]`.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].

@@ -29,7 +29,7 @@ pub struct Frames {
     frames: usize,
 }
 
-/// What all components of all vertices have in common between two frames.
+/// The Gram matrix of the frames, summed over all components of all vertices.
 pub struct Gram {
     /// F×F, `Σ y_i · y_j` over vertices, y being the positions less their mean over the frames.
     pub matrix: Mat<f64>,
@@ -39,12 +39,12 @@ pub struct Gram {
     pub moving: usize,
 }
 
-/// The positions less their mean, of which the block that was read last is kept: an animation that is one block is
+/// The positions less their mean. The block that was read last is kept, so an animation of a single block is
 /// read once for the whole search.
 pub(super) struct Centred<'a> {
     /// The frames.
     pub frames: &'a mut Frames,
-    /// What they have in common.
+    /// Their Gram matrix.
     pub gram: &'a Gram,
     kept: Option<(usize, Block)>,
 }
@@ -88,14 +88,17 @@ pub struct Block {
 }
 
 impl Frames {
-    /// Frames of `vertices` vertices, with normals or without, and with further attributes of three numbers, of each of which so many count.
-    /// `spool` is an empty file that only this uses (`AtomicFile::spool`); `path` is the output, for messages.
+    /// Frames of `vertices` vertices, with normals or without.
+    ///
+    /// `extras` has an entry for each further attribute of three numbers: how many of the three count.
+    /// `spool` is an empty file that only this uses (`AtomicFile::spool`). `path` is the output, for
+    /// messages.
     pub fn new(spool: File, path: &Path, vertices: usize, normals: bool, extras: Vec<usize>) -> Self {
         Self { spool, path: path.to_owned(), vertices, normals, extras, frames: 0 }
     }
 
-    /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and `extras`, V×3 each,
-    /// if and only if they were announced.
+    /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and
+    /// `extras`, V×3 each, if and only if they were announced.
     ///
     /// # Errors
     /// [`Error::Internal`] if a length is wrong; [`Error::Io`].

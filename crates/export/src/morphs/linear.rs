@@ -46,8 +46,8 @@ pub(super) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
     result
 }
 
-/// The orthonormal columns of `first`, then what is new in the columns of `from`: orthonormal, at most `most` in all.
-/// Columns that add nothing are left out.
+/// The orthonormal columns of `first`, and then the new directions in the columns of `from`: orthonormal, at
+/// most `most` in all. Columns that add nothing are left out.
 pub(super) fn extend<'a>(
     first: &Mat<f64>,
     from: impl Iterator<Item = faer::ColRef<'a, f64>>,
@@ -77,8 +77,8 @@ pub(super) fn extend<'a>(
     Mat::from_fn(first.nrows(), columns.len(), |i, j| columns[j][i])
 }
 
-/// The principal directions of the frames: the constant column first, then all F − 1 others, those that explain
-/// most first. `values[k]` belongs to `vectors[k + 1]`.
+/// The principal directions of the frames: the constant column first, then all F − 1 others, those that
+/// explain most first. `values[k]` belongs to `vectors[k + 1]`.
 ///
 /// # Errors
 /// As [`eigen`].

@@ -1,4 +1,4 @@
-//! The distance of the numbers of the file from what came in.
+//! The distance of the numbers of the file from the frames that came in.
 
 use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
@@ -8,7 +8,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
-/// What a reader computes positions from.
+/// The stored numbers that a reader computes positions from.
 pub(super) struct Stored<'a> {
     pub scale: f32,
     pub translation: [f32; 3],
@@ -18,8 +18,9 @@ pub(super) struct Stored<'a> {
     pub weights: &'a [f32],
 }
 
-/// The worst error and the root of the mean squared one, over all vertices and frames. To the worst is added what
-/// float32 may add in any order of the sum: `(K + 6) 2⁻²⁴` times the sum of the sizes of its terms.
+/// The worst error and the root of the mean squared error, over all vertices and frames. The worst error
+/// includes what float32 may add in any order of the sum: `(K + 6) 2⁻²⁴` times the sum of the sizes of its
+/// terms.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].

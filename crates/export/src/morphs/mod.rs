@@ -1,19 +1,24 @@
 //! A vertex animation as a base mesh and few morph targets.
 //!
-//! [`Frames`] takes the frames one at a time and keeps them in a file; [`Frames::compress`] looks for the fewest
-//! targets with which no vertex of any frame is further from its place than a bound, and returns all numbers as
-//! a glTF file holds them:
+//! [`Frames`] takes the frames one at a time and keeps them in a file.
+//!
+//! [`Frames::compress`] looks for the fewest targets with which no vertex of any frame is off by more than a
+//! bound. The result holds all numbers as a glTF file holds them:
 //!
 //! `position(frame, v) = translation + scale · (base[v] + Σ_k weights[frame, k] · targets[k].positions[v])`
 //!
 //! where integers stand for their normalised values (`i8 / 127`, `i16 / 32767`).
 //!
-//! Principal components make the mean error small, while the bound is on the worst vertex, which a few percent of
-//! the vertices decide. So the components are only the start: `fit` looks for a matrix of low rank within the
-//! bound of every vertex of every frame, by projecting onto both sets in turn (ADMM), with most of the work on the
-//! vertices near the bound (`active`). `search` finds the least
-//! rank for which that succeeds, `basis` turns the result so that rounding does least harm, `rounding` makes
-//! the numbers of the file, and `measure` says how far these are from what came in.
+//! Principal components make the mean error small. But the bound is on the worst vertex, and a few percent of
+//! the vertices decide it. So the components are only the start.
+//!
+//! - `fit` looks for a matrix of low rank that keeps every vertex of every frame within the bound. It
+//!   projects in turn onto the matrices within the bound and onto those of low rank (ADMM).
+//! - `active` does most of the work, on the vertices near the bound.
+//! - `search` finds the least rank for which `fit` succeeds.
+//! - `basis` turns the result so that rounding does the least harm.
+//! - `rounding` makes the numbers of the file.
+//! - `measure` gives their distance from the frames that came in.
 
 mod active;
 mod basis;
@@ -38,20 +43,21 @@ pub use values::{Morphs, Target, Values};
 
 use rhytid_core::{Error, Progress, Remedy, Result};
 
-/// Of the bound, what the truncation to few targets may use where integers need the rest.
+/// The part of the bound that the truncation to few targets may use if integers need the rest.
 const SHARE_OF_TRUNCATION: f64 = 0.7;
-/// The same where only float32's rounding needs some.
+/// The same part if only the rounding to float32 needs the rest.
 const SHARE_OF_FLOATS: f64 = 0.98;
 
-/// Times the truncation is repeated with a tighter bound because float32's rounding used up more than was left.
+/// How many bounds the truncation tries. Each is tighter than the last, because the rounding used more than
+/// what was left.
 const TRIES: usize = 4;
 
 impl Frames {
     /// The fewest targets found that meet `settings.max_error`.
     ///
     /// # Errors
-    /// [`Error::Input`] if there is no frame or no vertex, if more than `settings.most_targets` are needed, or if the
-    /// bound is finer than float32 allows; [`Error::Io`]; [`Error::Cancelled`].
+    /// [`Error::Input`] if there is no frame or no vertex, if more than `settings.most_targets` are needed,
+    /// or if the bound is finer than float32 allows; [`Error::Io`]; [`Error::Cancelled`].
     pub fn compress(mut self, settings: &Settings, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
@@ -86,7 +92,7 @@ impl Frames {
                 break;
             }
         }
-        // Nothing but rounding is left with all columns.
+        // With all columns, the only error is that of rounding.
         let q = start.vectors;
         let basis = basis::turn(factors::Fit::on(&mut self, &gram, q)?)?;
         let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
@@ -95,10 +101,12 @@ impl Frames {
 }
 
 impl Frames {
-    /// So many targets (or as few as all frames need), with the least bound found that they meet; [`Morphs::worst`] has it.
+    /// Finds `shapes` targets (or as few as all frames need) with the least bound found that they meet.
+    /// [`Morphs::worst`] has the error.
     ///
     /// # Errors
-    /// [`Error::Input`] if there is no frame or no vertex, or `shapes` is 0; [`Error::Io`]; [`Error::Cancelled`].
+    /// [`Error::Input`] if there is no frame or no vertex, or `shapes` is 0; [`Error::Io`];
+    /// [`Error::Cancelled`].
     pub fn bake(mut self, shapes: usize, quantize: bool, progress: &dyn Progress) -> Result<Morphs> {
         let path = self.path().display().to_string();
         if self.vertices() == 0 || self.frames() == 0 {
@@ -111,7 +119,7 @@ impl Frames {
         let start = linear::principal(&gram.matrix)?;
         let (fit, bound) = search::nearest(&mut self, &gram, &start, shapes, progress)?;
         let basis = basis::turn(fit)?;
-        // What integers add is a part of what the shapes are off by.
+        // The rounding to integers may add a part of the error of the shapes.
         let max_error = (bound / SHARE_OF_TRUNCATION).max(f64::MIN_POSITIVE);
         let settings = Settings { max_error, most_targets: shapes, quantize };
         rounding::round(&mut self, &gram, &basis, &settings, progress)

@@ -8,10 +8,11 @@ use super::values::{Values, to_i8};
 use glam::DVec3;
 use rhytid_core::Result;
 
-/// A base normal shorter than this is made longer only by as much, or its vertex's offsets would grow without bound.
+/// A base normal is divided by its length, but by no less than this. Otherwise the offsets of its vertex
+/// would grow without bound.
 const SHORTEST: f64 = 0.25;
 
-/// Steps in which the part of a vertex's turning is found that small integers hold.
+/// Bisection steps that find the part of a vertex's turning that small integers can hold.
 const HALVINGS: usize = 20;
 
 /// Normals as combinations of the basis's columns.
@@ -19,16 +20,16 @@ pub(super) struct Normals {
     /// Column-major n×3V.
     t: Vec<f32>,
     spans: Vec<Span>,
-    /// V×3, not yet of length 1: the sums at weights 0.
+    /// V×3: the sums at weights 0, not yet of length 1.
     base: Vec<DVec3>,
-    /// What the offsets of each vertex are multiplied with, V.
+    /// V: the factor of the offsets of each vertex.
     scales: Vec<f64>,
     /// For each target, its largest offset at the full range of its weights.
     reach: Vec<f64>,
 }
 
 impl Normals {
-    /// Fits the normals of all frames. As small integers, `quantize`, no offset is more than 1 in size: see [`turning`].
+    /// Fits the normals of all frames. With `quantize`, no offset is larger than 1: see [`turning`].
     ///
     /// # Errors
     /// [`rhytid_core::Error::Io`].
@@ -71,8 +72,8 @@ impl Normals {
         0..3 * self.base.len()
     }
 
-    /// Offset i of target k at the full range of its weights. A vertex's base and offsets are scaled alike, which
-    /// leaves their direction: the base gets length 1.
+    /// Offset i of target k at the full range of its weights. The base and the offsets of a vertex are scaled
+    /// alike, so that the base gets length 1. This keeps the direction of their sum.
     fn offset(&self, i: usize, k: usize) -> f64 {
         let n = self.spans.len() + 1;
         f64::from(self.t[i * n + k + 1]) * self.spans[k].range * self.scales[i / 3]
@@ -109,14 +110,17 @@ impl Normals {
 
 /// A vertex that turns less.
 struct Turned {
-    /// Of its turning, from 0 to 1.
+    /// The part of its turning that is kept, from 0 to 1.
     part: f64,
     base: DVec3,
 }
 
-/// Where a vertex's normals nearly cancel at weights 0, its offsets are longer than its base, and no normalised integer holds
-/// them; for a handful of such vertices whole targets would be of 32 bits. So these turn less about their mean over the frames: the
-/// largest part of their turning with which the base is as long as the `largest` offset, and the base with that.
+/// Reduces the turning of a vertex whose offsets do not fit into normalised integers.
+///
+/// Where the normals of a vertex nearly cancel at weights 0, its offsets are longer than its base. No
+/// normalised integer holds such offsets, and a handful of these vertices would make whole targets 32-bit. So
+/// their normals turn less about the mean over the frames. This finds the largest part of the turning with
+/// which the base is at least as long as the `largest` offset. It returns that part and its base.
 fn turning(mean: DVec3, at_zero: DVec3, largest: f64) -> Turned {
     let base = |part: f64| (1.0 - part) * mean + part * at_zero;
     let (mut enough, mut most) = (0.0, 1.0);

@@ -1,9 +1,10 @@
-//! The way from a basis to the numbers of the file: weights within 0 and 1, offsets as float32 or as small integers.
+//! From a basis to the numbers of the file: weights from 0 to 1, offsets as float32 or as small integers.
 //!
-//! A target and its weights can be scaled against each other, so an integer target needs no more levels than there
-//! are steps of a size that matters in its motion: its weights then end below 1. All targets get the same step in
-//! the basis (see [`super::basis`]), the largest with which the bound holds. Most then fit into 8 bits, and into few
-//! of these, which is what a file's compression lives on.
+//! A target and its weights can be scaled against each other. So an integer target needs only as many levels
+//! as its motion has steps of a size that matters. Its largest weight is then below 1.
+//!
+//! All targets get the same step in the basis (see [`super::basis`]): the largest step with which the bound
+//! holds. Most targets then fit into 8 bits and use few of the values, which makes the file compress well.
 
 use super::basis::Basis;
 use super::fitted;
@@ -18,10 +19,12 @@ use rhytid_core::{Progress, Result};
 
 /// The first step that is tried, as a part of the bound.
 const FIRST_STEP: f64 = 0.12;
-/// The next step as a part of the one before, and how many are tried.
+/// The next step as a part of the one before.
 const FINER: f64 = 0.85;
+/// How many steps are tried.
 const STEPS: usize = 24;
-/// What the base mesh's rounding may use of the bound as 16-bit integers; otherwise it is float32.
+/// The base mesh is stored as 16-bit integers if their rounding uses at most this part of the bound, and as
+/// float32 otherwise.
 const SHARE_OF_BASE: f64 = 0.05;
 
 /// How the positions of one target are stored.
@@ -32,7 +35,7 @@ enum Kind {
     I8,
 }
 
-/// Node, base, targets and their weights' largest values.
+/// The node's scale and translation, the base, the targets, and the largest weight of each target.
 struct Positions {
     scale: f32,
     translation: [f32; 3],
@@ -41,7 +44,8 @@ struct Positions {
     tops: Vec<f64>,
 }
 
-/// The numbers of the file and their error, which may be beyond the bound: with integers if no step is fine enough.
+/// The numbers of the file and their error. The error may be beyond the bound: with integers only if no step
+/// is fine enough.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Cancelled`].
@@ -93,7 +97,7 @@ pub(super) fn round(
     Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, extras, rms })
 }
 
-/// Frames × K, the weights of column k from 0 to `tops[k]`.
+/// The weights, frames × K; those of column k run from 0 to `tops[k]`.
 fn weights(basis: &Basis, spans: &[Span], tops: &[f64]) -> Vec<f32> {
     (0..basis.weights.nrows())
         .flat_map(|frame| {
@@ -145,7 +149,7 @@ fn integers(
             largest * spans[k].range.abs()
         })
         .collect();
-    // The box of the base mesh; rounding the targets moves it a little, hence the margin.
+    // The box of the base mesh. Rounding the targets moves the base a little, hence the margin.
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     let smooth: Vec<f64> =
         components.clone().into_par_iter().map(|i| base(gram, basis, spans, i, |k| exact(i, k))).collect();
@@ -164,7 +168,7 @@ fn integers(
     let mut tops = vec![1.0; spans.len()];
     let mut kinds = vec![Kind::F32; spans.len()];
     for (k, span) in spans.iter().enumerate() {
-        // Offsets of normals are not scaled and end at 1, which keeps the weights from being too small.
+        // The offsets of normals are not scaled and end at 1. This keeps the weights from becoming too small.
         let least = normals.map_or(0.0, |normals| normals.reach(k)).min(1.0);
         for (kind, levels) in [(Kind::I8, 127.0), (Kind::I16, 32767.0)] {
             let top = (levels * size * span.range.abs() / extent).min(1.0);

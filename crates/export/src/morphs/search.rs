@@ -6,17 +6,19 @@ use super::frames::{Centred, Frames, Gram};
 use super::linear::Eigen;
 use rhytid_core::{Progress, Result};
 
-/// The search starts where principal components leave a mean error of this part of the bound: a face's worst vertex
-/// is some ten times worse than the mean, and a fit to the worst ones gains a little on that.
+/// The search starts with so many principal components that their mean error is this part of the bound. The
+/// worst vertex of a face is some ten times worse than the mean, and a fit to the worst vertices gains a
+/// little on that.
 const FIRST_GUESS: f64 = 0.15;
 
-/// Fits the search is thought to take, for the reports.
+/// Fits that the search is expected to take, for progress reports.
 const FITS: usize = 8;
 
-/// Searches from 0 to `most` targets: in growing steps from a first guess to a number that suffices and one that does
-/// not, then by halves. The first fits start
-/// from principal components; once a number suffices, each starts from the least that did, less its last columns.
-/// None if `most` do not suffice.
+/// Searches from 0 to `most` targets; `None` if `most` do not suffice.
+///
+/// The search goes in growing steps from a first guess until it has a number that suffices and one that does
+/// not. Then it bisects. The first fits start from principal components. Once a number suffices, each fit
+/// starts from the smallest fit that sufficed, less its last columns.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
@@ -70,15 +72,19 @@ pub(super) fn fewest(
     Ok(best.map(|best| best.1))
 }
 
-/// Bounds that are tried for a number of targets, and the ratio of one that is met to one that is not at which there is no further one.
+/// The most bounds that are tried for one number of targets.
 const BOUNDS: usize = 8;
+/// The search stops when the least bound met is less than this times the largest bound missed.
 const CLOSE: f64 = 1.04;
 
-/// The first bound that is tried, as a part of what principal components come to.
+/// The first bound that is tried, as a part of the error of the principal components.
 const FIRST_BOUND: f64 = 0.5;
 
-/// The least bound found that so many targets meet, in mesh units, and a fit that is within it: from that of as many principal components on,
-/// by halves.
+/// The least bound found that so many targets meet, in mesh units, and a fit within that bound.
+///
+/// The first bound is [`FIRST_BOUND`] times the error of as many principal components. Until a bound is
+/// missed, each further one is this part of the last error met. Then it is the geometric mean of the last
+/// error met and the last bound missed.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
@@ -95,7 +101,7 @@ pub(super) fn nearest(
     let mut centred = Centred::new(frames, gram);
     let (mut met, mut missed) = (fit::worst(&mut centred, &best)?, 0.0);
     let total = (BOUNDS * fit::ROUNDS) as u64;
-    // With all columns nothing but rounding is left.
+    // With all columns, the only error is that of rounding.
     let tries = if columns == start.vectors.ncols() || met == 0.0 { 0 } else { BOUNDS };
     for i in 0..tries {
         let bound = if missed > 0.0 { (met * missed).sqrt() } else { FIRST_BOUND * met };
@@ -116,7 +122,7 @@ pub(super) fn nearest(
     Ok((best, met))
 }
 
-/// The number of principal components that leave [`FIRST_GUESS`].
+/// The number of principal components that leave a mean error of [`FIRST_GUESS`] times the bound.
 fn guess(gram: &Gram, start: &Eigen, bound: f64) -> usize {
     let frames = gram.matrix.nrows();
     let allowed = (FIRST_GUESS * bound).powi(2) * frames as f64 * gram.moving as f64;

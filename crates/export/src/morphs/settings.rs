@@ -1,6 +1,6 @@
-//! What a compression is to aim at.
+//! The goal of a compression.
 
-/// What to aim at.
+/// The goal of a compression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
     /// The furthest any vertex may be from its place in any frame, in mesh units; positive and finite.

@@ -2,15 +2,15 @@
 
 use super::basis::Basis;
 
-/// A column of the basis's weights as `zero + range · w` with w from 0 to 1. The range is negative where that leaves
-/// the base mesh, at w = 0, closer to the mean.
+/// A column of the basis's weights as `zero + range · w` with w from 0 to 1. The range is negative if the
+/// base mesh, at w = 0, is then closer to the mean.
 #[derive(Clone, Copy)]
 pub(super) struct Span {
     pub zero: f64,
     pub range: f64,
 }
 
-/// Those of all columns but the first, which is constant.
+/// The spans of all columns but the first, which is constant.
 pub(super) fn spans(basis: &Basis) -> Vec<Span> {
     (1..basis.weights.ncols())
         .map(|k| {

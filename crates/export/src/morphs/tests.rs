@@ -53,13 +53,14 @@ fn so_many_shapes_are_as_near_as_they_come() {
         let worst = bake(&animation, shapes, false).worst.error;
         assert!(worst < before, "{shapes} shapes: {worst}, fewer: {before}");
         before = worst;
-        // Where the error that is stated is the bound, as many targets are needed, but for one that the other search does not find.
+        // With the stated error as the bound, a search for the fewest targets needs as many, or one more if
+        // it misses the best.
         let fewest = compress(&animation, settings(1.02 * worst, false)).unwrap().targets.len();
         assert!(fewest <= shapes + 1, "{shapes} shapes are within {worst}, for which {fewest} are needed");
         let tighter = compress(&animation, settings(0.85 * worst, false)).unwrap().targets.len();
         assert!(tighter > shapes, "{tighter} targets are within 0.85 of what {shapes} shapes are");
     }
-    // As many as there are directions of motion, and more.
+    // As many shapes as there are directions of motion, and more.
     for shapes in [12, 13, 39, 1000] {
         let morphs = bake(&animation, shapes, false);
         assert!(morphs.worst.error < 1e-3, "{shapes} shapes: {}", morphs.worst.error);
@@ -83,7 +84,7 @@ fn shapes_of_what_does_not_move() {
     assert!(error.contains("0 shapes were asked for, expected at least 1"), "{error}");
 }
 
-/// Strains that are linear in the weights come back; of others the error is stated as it is.
+/// Strains that are linear in the weights are reproduced. For other strains the stated error is the true one.
 #[test]
 fn strains_follow_the_weights() {
     let animation = made_up(12, 200, 3);
@@ -150,7 +151,8 @@ fn number(values: &Values, i: usize) -> f32 {
     }
 }
 
-/// Recomputes every vertex of every frame as a reader does, in float32, forwards and backwards through the targets.
+/// Recomputes every vertex of every frame as a reader does, in float32, forwards and backwards through the
+/// targets.
 fn check(animation: &[Vec<f32>], morphs: &Morphs, max_error: f64) {
     let k = morphs.targets.len();
     assert_eq!(morphs.weights.len(), animation.len() * k);
@@ -225,8 +227,8 @@ fn few_frames_and_few_vertices() {
     }
 }
 
-/// 400 vertices shiver in 8 independent ways, a little below the bound's size; one vertex alone goes far. Principal
-/// components spend themselves on the crowd and leave the one to the end.
+/// 400 vertices shiver in 8 independent ways, with a size a little below the bound. A single vertex moves
+/// far. Principal components describe the 400 first and the single vertex last.
 #[test]
 fn one_vertex_that_principal_components_miss() {
     let mut random = Random(3);
@@ -235,10 +237,10 @@ fn one_vertex_that_principal_components_miss() {
         frame[3 * 123] += random.next() as f32;
     }
     let bound = 0.1;
-    // The crowd's 8 shapes and that of the one.
+    // 8 shapes for the 400 vertices and one for the single vertex.
     let morphs = compress(&animation, settings(bound, false)).unwrap();
     assert!(morphs.targets.len() <= 9);
-    // Of a crowd that stays within the bound, nothing but the one needs a target.
+    // If the 400 vertices stay within the bound, only the single vertex needs a target.
     let base = animation[0].clone();
     for frame in &mut animation {
         for (i, x) in frame.iter_mut().enumerate() {
@@ -253,8 +255,8 @@ fn one_vertex_that_principal_components_miss() {
     assert_eq!(morphs.targets.len(), 1);
 }
 
-/// Independent motion of all vertices cannot be compressed; the same with heavy tails is where fitting to the worst
-/// vertex pays. Eigenvalues say how many principal components would do for the mean, never for the worst.
+/// Independent motion of all vertices cannot be compressed. With heavy tails, fitting to the worst vertex
+/// pays. Eigenvalues say how many principal components suffice for the mean, never for the worst vertex.
 #[test]
 fn fewer_targets_than_principal_components_need() {
     let mut random = Random(11);
@@ -274,13 +276,13 @@ fn fewer_targets_than_principal_components_need() {
     assert!(found * 5 <= components * 4, "{found} targets, {components} principal components");
 }
 
-/// A fit that is exact but for one vertex that nothing has pulled yet: the work is on the vertices near the bound, and
-/// that this one is beyond it shows only where all are looked at.
+/// A fit that is exact except for one vertex, which no iteration has pulled yet. The work is on the vertices
+/// near the bound. That this vertex is beyond the bound shows only when all vertices are examined.
 #[test]
 fn a_vertex_that_nothing_pulled_is_found_beyond_the_bound() {
     let (count, columns, bound) = (700, 4, 1e-2);
     let animation = made_up(40, count, columns - 1);
-    // The first, one between two tasks, one of the last task.
+    // The first vertex, one at the border of two tasks, and one of the last task.
     for vertex in [0, 256, 690] {
         let mut frames = spooled(&animation, None);
         let gram = frames.gram(&NoProgress).unwrap();
@@ -384,7 +386,8 @@ fn the_bound_that_a_refusal_names_can_be_met() {
     }
 }
 
-/// Unit normals that follow the same shapes as the positions are found again to the bits that are stored.
+/// Unit normals that follow the same shapes as the positions are found again, to the precision that is
+/// stored.
 #[test]
 fn normals_follow_the_weights() {
     let animation = made_up(30, 200, 3);
@@ -421,7 +424,8 @@ fn normals_follow_the_weights() {
     }
 }
 
-/// One vertex's normals turn all the way round, so that they cancel on the mean and where all weights are 0; the others nod.
+/// The normals of one vertex turn all the way round, so that they cancel in the mean and where all weights
+/// are 0. The normals of the others nod.
 #[test]
 fn normals_that_cancel_do_not_make_whole_targets_larger() {
     let animation = made_up(60, 200, 3);
@@ -464,7 +468,7 @@ fn the_number_of_threads_does_not_matter() {
     assert_eq!(one, on(5));
 }
 
-/// Stops after some reports.
+/// Cancels after some reports.
 struct Stops(AtomicUsize);
 
 impl Progress for Stops {

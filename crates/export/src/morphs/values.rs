@@ -1,7 +1,7 @@
-//! The numbers of the file: what a compression comes to.
+//! The numbers of the file: the result of a compression.
 
-/// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to four
-/// bytes in the file.
+/// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to
+/// four bytes in the file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Component type 5126.
@@ -13,7 +13,7 @@ pub enum Values {
 }
 
 impl Values {
-    /// What number `i` stands for.
+    /// The value that number `i` stands for.
     pub fn get(&self, i: usize) -> f64 {
         match self {
             Self::F32(values) => f64::from(values[i]),
@@ -58,7 +58,7 @@ pub struct Worst {
 pub struct Fitted {
     pub base: Vec<f32>,
     pub targets: Vec<Vec<f32>>,
-    /// The largest difference of the numbers that count of a vertex in a frame, as a length.
+    /// The largest difference at a vertex in a frame, as the length over the components that count.
     pub worst: f64,
     /// The root of the mean of its square.
     pub rms: f64,
@@ -75,7 +75,7 @@ pub struct Morphs {
     pub base: Values,
     /// Unit normals of the base mesh, where the frames had normals; `F32` or `I8`.
     pub base_normals: Option<Values>,
-    /// K of them, those that move most first; none if nothing moves further than the bound.
+    /// The K targets, those that move most first; none if nothing moves further than the bound.
     pub targets: Vec<Target>,
     /// Frames × K, each within 0 and 1.
     pub weights: Vec<f32>,

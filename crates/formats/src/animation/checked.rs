@@ -1,4 +1,4 @@
-//! The check of every frame, whatever the format.
+//! The check of every frame, for all formats.
 
 use rhytid_core::channel::{self, Channel, Interpolation, Timing};
 use rhytid_core::numbers::first_not_finite;
@@ -6,11 +6,11 @@ use rhytid_core::{Error, Progress, Result};
 use rhytid_export::{Exporter, Frame, Scene, Written};
 use std::path::{Path, PathBuf};
 
-/// Checks the frames on their way to any exporter, so that none has to.
+/// Checks the frames on their way to any exporter, so that no exporter has to.
 pub(super) struct Checked {
     exporter: Box<dyn Exporter>,
     path: PathBuf,
-    /// The channels that frames have, and how many numbers of each.
+    /// The channels of the frames, each with its number of values in a frame.
     channels: Vec<(Channel, usize)>,
     frames: usize,
     /// Frames passed on.

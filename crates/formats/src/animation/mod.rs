@@ -1,5 +1,5 @@
-//! Animation files of any format, chosen by their extension: written frame by frame ([`create`]) and read back
-//! ([`open`]), and meshes with shapes ([`write_shapes`]).
+//! Animation files of any format, chosen by their extension: written frame by frame ([`create`]) and read
+//! back ([`open`]). Meshes with shapes are written by [`write_shapes`].
 //!
 //! ```no_run
 //! # use rhytid_core::{NoProgress, Result, channel};
@@ -43,7 +43,7 @@ pub enum Format {
     Glb,
     /// glTF text, `.gltf`, with its buffer beside it as `NAME.HASH.bin`.
     Gltf,
-    /// A point cache, `.pc2`: positions alone, for a mesh that the other program has.
+    /// A point cache, `.pc2`: positions alone, for a mesh that the other program already has.
     Pc2,
 }
 
@@ -51,9 +51,9 @@ impl Format {
     /// The format that the extension of `path` asks for, in either case.
     ///
     /// # Errors
-    /// [`Error::Input`] lists the extensions if it is none of them.
-    pub fn of(path: &Path) -> Result<Self> {
-        match usd::Encoding::of(path) {
+    /// [`Error::Input`] if it is no known extension; the message lists the known ones.
+    pub fn from_extension(path: &Path) -> Result<Self> {
+        match usd::Encoding::from_extension(path) {
             Some(usd::Encoding::Crate) => return Ok(Self::Usdc),
             Some(usd::Encoding::Text) => return Ok(Self::Usda),
             Some(usd::Encoding::Package) => return Ok(Self::Usdz),
@@ -83,7 +83,8 @@ impl Format {
         }
     }
 
-    /// What a file has of frames with these channels; `fitted` where its frames are sums of few shapes.
+    /// The channels that a file stores of frames with `channels`; `fitted` if the frames are sums of few
+    /// shapes.
     pub fn stored(self, channels: &[Channel], fitted: bool) -> Vec<Channel> {
         let is_normals = |channel: &&Channel| channel.name == channel::NORMALS.name;
         match self {
@@ -104,10 +105,11 @@ impl Format {
 /// Opens an exporter for `path` by its extension.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is not of a known [`Format`], the format does not carry one of the scene's channels, the scene is not
-/// consistent, the folder does not exist or the format has no room for that many frames; [`Error::Io`].
+/// [`Error::Input`] if the extension is not of a known [`Format`] or the scene is not consistent. Also if the
+/// format does not carry one of the channels or has no room for that many frames, or the folder does not
+/// exist. [`Error::Io`].
 pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<dyn Exporter>> {
-    let format = Format::of(path)?;
+    let format = Format::from_extension(path)?;
     scene.check()?;
     let has_place = |channel: &&Channel| match channel.kind {
         Some(kind) => format.carries(kind),
@@ -148,7 +150,7 @@ fn create_usd(
 /// # Errors
 /// [`Error::Input`] if the extension is not of a known [`Format`], or the format has no room for them.
 pub fn check_shapes(path: &Path, count: usize, options: &Options) -> Result<()> {
-    match Format::of(path)? {
+    match Format::from_extension(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => Ok(()),
         Format::Glb | Format::Gltf => gltf::check_count(path, count, options),
         Format::Pc2 => Err(without_shapes(path)),
@@ -162,15 +164,15 @@ fn without_shapes(path: &Path) -> Error {
 /// Writes a mesh with shapes to `path`, in the format of its extension. Nothing is written if it fails.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is not of a known [`Format`], the shapes are not consistent, the folder does not
-/// exist or the format has no room for them; [`Error::Io`]; [`Error::Cancelled`].
+/// [`Error::Input`] if the extension is not of a known [`Format`], or the shapes are not consistent. Also if
+/// the folder does not exist or the format has no room for the shapes. [`Error::Io`]; [`Error::Cancelled`].
 pub fn write_shapes(
     path: &Path,
     shapes: &Shapes<'_>,
     options: &Options,
     progress: &dyn Progress,
 ) -> Result<Written> {
-    let format = Format::of(path)?;
+    let format = Format::from_extension(path)?;
     shapes.check()?;
     let usd = |encoding| {
         let bytes = usd::write_shapes(path, encoding, shapes)?;
@@ -186,12 +188,12 @@ pub fn write_shapes(
     }
 }
 
-/// Opens the animation in the format that the extension of `path` names. Its parts, where it has been stitched, are below
-/// its folder.
+/// Opens the animation in the format of the extension of `path`. If the file was stitched, its parts have to
+/// be below its folder.
 ///
 /// # Errors
-/// [`Error::Input`] if the extension is of no known format, the file is damaged, or it holds anything
-/// but one animated mesh; [`Error::Io`].
+/// [`Error::Input`] if the extension is of no known format, the file is damaged, or it holds anything but one
+/// animated mesh; [`Error::Io`].
 pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
     open_within(path, Reach::Below)
 }
@@ -201,7 +203,7 @@ pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
 /// # Errors
 /// As [`open`].
 pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
-    match Format::of(path)? {
+    match Format::from_extension(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
         Format::Glb | Format::Gltf => rhytid_gltf::read::open(path),
         Format::Pc2 => Err(Error::unsupported_format(format!(

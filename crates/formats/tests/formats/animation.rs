@@ -57,7 +57,7 @@ impl Animation {
 
     /// Without the channels that the file's format has no place for.
     pub(crate) fn for_file(mut self, path: &Path) -> Self {
-        let format = animation::Format::of(path).unwrap();
+        let format = animation::Format::from_extension(path).unwrap();
         self.with_normals &= format.carries(ChannelKind::Normals);
         self.others.retain(|other| other.channel.kind.is_some_and(|kind| format.carries(kind)));
         self
@@ -122,7 +122,8 @@ pub(crate) enum UvKind {
     Tiled,
 }
 
-/// A sheet of 5 × 4 quads with a triangle and a pentagon at its rim and one vertex of no face, moving at random.
+/// A sheet of 5 × 4 quads with a triangle and a pentagon at its rim and one vertex of no face, moving at
+/// random.
 pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut random = Random(seed);
     let mut faces = Faces::default();
@@ -213,7 +214,8 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     }
 }
 
-/// The same with everything that a scene may have: all channels, materials with odd names, and a head that moves.
+/// The same with everything that a scene may have: all channels, materials with odd names, and a head that
+/// moves.
 pub(crate) fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut animation = animation(uvs, frames, seed);
     let mut random = Random(seed ^ 0xa5a5);
@@ -245,7 +247,7 @@ fn fans(faces: &Faces) -> Vec<[u32; 3]> {
     triangles
 }
 
-/// SplitMix64: the same numbers everywhere.
+/// SplitMix64: the same numbers on every machine.
 pub(crate) struct Random(pub u64);
 
 impl Random {

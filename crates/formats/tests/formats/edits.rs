@@ -1,4 +1,5 @@
-//! Files of edits: what their text means, that they survive being written, and what every mistake in one is called.
+//! Files of edits: what their text means, that they survive being written, and what every mistake in one is
+//! called.
 
 use rhytid_core::Error;
 use rhytid_formats::edits::{

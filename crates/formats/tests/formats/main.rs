@@ -1,5 +1,5 @@
-//! What comes in and goes out, through public functions alone. The programs that files are compared with come from
-//! `cargo xtask setup`.
+//! What comes in and goes out, through public functions alone. The programs that files are compared with come
+//! from `cargo xtask setup`.
 
 mod animation;
 mod cut_while_read;

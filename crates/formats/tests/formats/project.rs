@@ -1,7 +1,7 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
 use rhytid_core::{Bind, Error, FoldStrains, UpAxis};
-use rhytid_formats::mesh::Green;
+use rhytid_formats::mesh::NormalMapConvention;
 use rhytid_formats::project::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
     Method, PinsSection, Project, StrainSection, Units, parse, write,
@@ -66,7 +66,7 @@ fn full() -> Project {
         displacement: (name == "smile").then(|| "smile.png".into()),
         millimetres: (name == "smile").then_some(1.5),
         normal_map: (name == "frown").then(|| "frown.png".into()),
-        green: (name == "frown").then_some(Green::Down),
+        green: (name == "frown").then_some(NormalMapConvention::Down),
         strength: (name == "frown").then_some(0.5),
     };
     Project {

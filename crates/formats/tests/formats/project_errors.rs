@@ -75,7 +75,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "face.toml, line 13: unknown key \"max_influence\" in [fine_scale] \
              (did you mean \"max_influences\"?), expected method, max_influences",
         ),
-        // The first in the file, whatever the alphabet says.
+        // The first unknown key of the file is named, not the first of the alphabet.
         (
             "units = \"cm\"",
             "zeta = 1\nalpha = 2",

@@ -40,7 +40,8 @@ fn png(folder: &std::path::Path, name: &str, pixel: impl Fn(f64, f64) -> [f64; 3
     encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
 }
 
-/// A sheet in the plane z = 0, u along x and v along y, in centimetres, whose one example is itself with a map; and the warnings.
+/// A sheet in the plane z = 0, u along x and v along y, in centimetres, whose one example is itself with a
+/// map; and the warnings.
 fn load(map: &str) -> (Face, Vec<String>) {
     let folder = tempfile::tempdir().unwrap();
     let mut obj = String::new();

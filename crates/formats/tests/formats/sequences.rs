@@ -1,4 +1,5 @@
-//! Dense meshes over time, groups of vertices and lists of frames: what is read, and what every mistake is called.
+//! Dense meshes over time, groups of vertices and lists of frames: what is read, and what every mistake is
+//! called.
 use npyz::WriterBuilder;
 use rhytid_core::{Error, Faces, Mesh, NoProgress, Result};
 use rhytid_formats::animation;
@@ -110,7 +111,8 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
     }
 }
 
-/// What other programs write: a header of the second version, big-endian numbers, no blank, Python 2's long numbers.
+/// What other programs write: a header of the second version, big-endian numbers, no blank, Python 2's long
+/// numbers.
 #[test]
 fn arrays_of_other_writers_are_read() {
     let folder = TempDir::new().unwrap();
@@ -196,12 +198,12 @@ fn groups_are_those_of_the_faces() {
     let found = read(format!("g lips\n{first}\ng brow_l brows\n{second}\n")).unwrap();
     let named = |name: &str, vertices: &[u32]| (name.to_owned(), vertices.to_vec());
     assert_eq!(found, [named("brow_l", &[0, 2, 3]), named("brows", &[0, 2, 3]), named("lips", &[0, 1, 2])]);
-    // A group that comes again goes on; what stands before the first is in none.
+    // A group that comes again is continued. Faces before the first group are in none.
     let found = read(format!("{first}\ng a\n{second}\ng default\ng b\ng a\n")).unwrap();
     assert_eq!(found, [named("a", &[0, 2, 3])]);
     let said = read(format!("{first}\n{second}\n")).unwrap_err().to_string();
     assert!(said.contains("has no group"), "{said}");
-    // In whatever order the faces stand.
+    // The order of the faces does not matter.
     let found = read(format!("g a\n{second}\ng b\n{first}\n")).unwrap();
     assert_eq!(found, [named("a", &[0, 2, 3]), named("b", &[0, 1, 2])]);
     let said = read(format!("g a\nf 1 2 4\n{second}\n")).unwrap_err().to_string();

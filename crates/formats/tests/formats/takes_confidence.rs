@@ -48,7 +48,7 @@ fn what_is_no_confidence_is_refused() {
         );
         let text = TWO.replace("0.25", cell);
         assert_eq!(take(&text, None).unwrap_err(), expected);
-        // What is not wanted is not looked at.
+        // Columns that are not wanted are not checked.
         assert!(take(&text, Some(&["a"])).is_ok());
     }
     let twice =

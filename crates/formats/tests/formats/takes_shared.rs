@@ -21,7 +21,7 @@ fn the_real_markers_and_take_are_read_whole_and_fast() {
     let _ = writeln!(std::io::stderr(), "{} frames read in {taken:.2?}", take.frames());
     assert_eq!((take.frames(), take.labels.len()), (4030, 89));
     assert_eq!(take.labels, handles.labels);
-    // Ten times what it takes, for a machine that is busy.
+    // Ten times the usual duration, for a busy machine.
     assert!(taken < Duration::from_secs(2), "{taken:?}");
 
     // The last row of the file, cell by cell, by other means.

@@ -1,4 +1,4 @@
-//! What a take says of labels that nobody asked for.
+//! The warning about labels that nobody asked for.
 use rhytid_formats::take::{Missing, decode};
 use rhytid_test_support::Logged;
 

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// Parts up to this size are eliminated in one piece: smaller ones cost more in small pieces than they save in
+/// Parts up to this size are eliminated in one piece. Dividing them further would cost more than it saves in
 /// arithmetic.
 const SMALLEST: usize = 24;
 
@@ -16,25 +16,27 @@ const WORTH_A_THREAD: usize = 4096;
 pub struct Graph {
     /// V + 1 entries: where each vertex's part of `neighbors` begins.
     pub offsets: Vec<usize>,
-    /// Ascending for each vertex, the vertex itself among them or not.
+    /// The neighbours of each vertex in ascending order. The vertex itself may be among them.
     pub neighbors: Vec<u32>,
 }
 
 impl Graph {
-    /// Those that share an entry with vertex `v`.
+    /// The vertices that share an entry with vertex `v`.
     pub fn neighbors(&self, v: u32) -> &[u32] {
         &self.neighbors[self.offsets[v as usize]..self.offsets[v as usize + 1]]
     }
 }
 
-/// A part of the elimination order: its two halves, which share no entry, before what separates them.
+/// A part of the elimination order: first its two halves, which share no entry, then the vertices that
+/// separate them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// Its places in the order.
     pub places: Range<usize>,
-    /// The last of these, which separate the halves; all of them where a part is not divided.
+    /// The last of the places: those of the vertices that separate the halves. All places if the part is not
+    /// divided.
     pub columns: Range<usize>,
-    /// What stands before `columns`.
+    /// The two halves, before `columns`; `None` if the part is not divided.
     pub halves: Option<Box<[Part; 2]>>,
 }
 
@@ -43,15 +45,15 @@ pub struct Part {
 pub struct Dissection {
     /// The vertex at each place.
     pub order: Vec<u32>,
-    /// All of the order.
+    /// The part that is the whole order.
     pub root: Part,
 }
 
 /// Orders `vertices` (distinct, in range) for an elimination with little fill.
 ///
-/// The vertices are cut in two halves at the median of their longest extent; those of one half that share an entry
-/// with the other come last, and each half is treated likewise. The positions say only where to cut: any will do,
-/// and what they cost when they are no help is fill.
+/// The vertices are cut in two halves at the median of their longest extent. Those of one half that share an
+/// entry with the other half come last. Each half is then divided in the same way. The positions only say
+/// where to cut: any positions will do, and bad ones only cost fill.
 pub fn dissect(positions: &[[f64; 3]], graph: &Graph, mut vertices: Vec<u32>) -> Dissection {
     let part_of = (0..positions.len()).map(|_| AtomicU32::new(0)).collect();
     let root = Cutter { positions, graph, part_of }.divide(&mut vertices, 0, 1);
@@ -61,16 +63,17 @@ pub fn dissect(positions: &[[f64; 3]], graph: &Graph, mut vertices: Vec<u32>) ->
 struct Cutter<'a> {
     positions: &'a [[f64; 3]],
     graph: &'a Graph,
-    /// For each vertex the part that it was last put in; 0 in a separator or outside.
+    /// For each vertex the part that it was last put in; 0 if it is in a separator or outside.
     ///
-    /// Threads read each other's entries while these change. No result depends on that: a part asks only whether
-    /// an entry is one of its own two halves, which no other thread writes before that part is done.
+    /// Threads read each other's entries while these change, but no result depends on that. A part only asks
+    /// whether an entry is one of its own two halves. No other thread writes these two numbers before the
+    /// part is done.
     part_of: Vec<AtomicU32>,
 }
 
 impl Cutter<'_> {
-    /// Orders `subset`, which begins at place `first` of the whole order. The halves of part `p` are 2 p and 2 p + 1;
-    /// each is at most half as large, so that 32 bits suffice.
+    /// Orders `subset`, which begins at place `first` of the whole order. The halves of part `p` are 2 p and
+    /// 2 p + 1. Each half is at most half as large, so 32 bits suffice.
     fn divide(&self, subset: &mut [u32], first: usize, part: u32) -> Part {
         let places = first..first + subset.len();
         let extent = self.extent(subset);
@@ -80,7 +83,7 @@ impl Cutter<'_> {
         }
         let mut separator = self.cut_best(subset, extent, part);
         separator.iter().for_each(|&v| self.put(v, 0));
-        // Neighbours in space stand together, so that what a smaller part needs of a separator is a run of it.
+        // Neighbours in space stand together, so that a smaller part needs a contiguous run of the separator.
         let separator_extent = self.extent(&separator);
         self.sort(&mut separator, separator_extent.max_position());
         let half =
@@ -102,8 +105,9 @@ impl Cutter<'_> {
         Part { places, columns, halves: Some(Box::new(halves)) }
     }
 
-    /// Cuts across an axis, and gives the smallest separator of those tried. Across the longest one it is usually the
-    /// smallest, but not where the surface is bent; short ones are not worth the time.
+    /// Cuts across the best axis and returns the smallest separator of those tried. A cut across the longest
+    /// axis usually has the smallest separator, but not where the surface is bent. Short axes are not worth
+    /// the time.
     fn cut_best(&self, subset: &mut [u32], extent: DVec3, part: u32) -> Vec<u32> {
         let long = |axis: &usize| extent[*axis] >= 0.5 * extent.max_element();
         let axes: Vec<usize> = (0..3).filter(long).collect();
@@ -114,8 +118,10 @@ impl Cutter<'_> {
         self.cut(subset, axis.unwrap_or(0), part)
     }
 
-    /// Puts each half of `subset` in a part of its own, and gives those of one half that share an entry with the other:
-    /// the half with fewer of these.
+    /// Puts each half of `subset` in a part of its own and returns the separator.
+    ///
+    /// The vertices of a half that share an entry with the other half can separate the two. The separator
+    /// comes from the half with fewer such vertices.
     fn cut(&self, subset: &mut [u32], axis: usize, part: u32) -> Vec<u32> {
         let middle = subset.len() / 2;
         subset.select_nth_unstable_by(middle, |a, b| self.compare(axis, a, b));
@@ -139,7 +145,7 @@ impl Cutter<'_> {
         self.part_of[v as usize].store(part, Ordering::Relaxed);
     }
 
-    /// By place along an axis, then by number: never equal.
+    /// By position along an axis, then by number: never equal.
     fn compare(&self, axis: usize, &a: &u32, &b: &u32) -> std::cmp::Ordering {
         let along = |v: u32| self.positions[v as usize][axis];
         along(a).total_cmp(&along(b)).then(a.cmp(&b))

@@ -1,8 +1,9 @@
-//! Sparse Cholesky factorisation of section 2's system along the tree of a dissection: the multifrontal method.
+//! Sparse Cholesky factorisation of section 2's system along the tree of a dissection: the multifrontal
+//! method.
 //!
-//! The columns of a part are eliminated together, as one dense matrix, its front: their own entries of A and what
-//! the two halves below leave of it. So all arithmetic is dense, and parts that share nothing are eliminated at
-//! the same time. No order of a sum depends on the number of threads.
+//! The columns of a part are eliminated together, in one dense matrix, the front of the part. The front has
+//! their own entries of A and the updates from the two halves below. So all arithmetic is dense, and parts
+//! that share nothing are eliminated at the same time. No order of a sum depends on the number of threads.
 use super::columns::Columns;
 use super::dissection::Part;
 use faer::dyn_stack::{MemBuffer, MemStack};
@@ -22,8 +23,8 @@ const WORTH_A_THREAD: usize = 4096;
 /// Rows of a front that one thread computes at a time.
 const ROWS_AT_ONCE: usize = 192;
 
-/// L of A = L Lᵀ, as a tree: the columns of one part of the dissection, which all have their entries in the same
-/// rows.
+/// L of A = L Lᵀ, as a tree: the columns of one part of the dissection, which all have their entries in the
+/// same rows.
 #[derive(Debug, Clone)]
 pub struct Factor {
     columns: Range<usize>,
@@ -57,8 +58,8 @@ impl Factor {
         self.panel.len() + self.halves().map(Self::entries).sum::<usize>()
     }
 
-    /// Solves `A x = b` for k right-hand sides: `x`, n×k row-major, holds b before and x after. A right-hand side
-    /// with few entries is solved for in little more than half the time.
+    /// Solves `A x = b` for k right-hand sides: `x`, n×k row-major, holds b before and x after. A right-hand
+    /// side with few entries is solved for in little more than half the time.
     pub fn solve(&self, x: &mut [f64], k: usize) {
         let mut scratch = Vec::new();
         self.forward(x, k, &mut scratch);
@@ -109,23 +110,23 @@ impl Factor {
     }
 }
 
-/// What the progress calls a factorisation.
+/// The name of a factorisation in progress reports.
 const STEP: &str = "factorise";
 
-/// About what it costs to eliminate the columns of a part itself, in a unit of its own.
+/// The approximate cost of eliminating the columns of a part alone, in an arbitrary unit.
 fn cost(part: &Part) -> u64 {
     let n = part.columns.len() as u64;
     n.saturating_pow(3).saturating_add(4096 * n)
 }
 
-/// And with it the parts below.
+/// The cost of a part and of all parts below it.
 fn whole_cost(part: &Part) -> u64 {
     let halves = part.halves.iter().flat_map(|halves| halves.iter());
     halves.map(whole_cost).fold(cost(part), u64::saturating_add)
 }
 
-/// What the columns of a part, once eliminated, take from the rows below: the lower triangle of a square,
-/// column-major.
+/// The update from the eliminated columns of a part, which is subtracted from the rows below: the lower
+/// triangle of a square, column-major.
 type Update = Vec<f64>;
 
 struct Elimination<'a> {
@@ -133,7 +134,7 @@ struct Elimination<'a> {
     progress: &'a dyn Progress,
     total: u64,
     done: AtomicU64,
-    /// Memory for updates, used again and again: it is slow where it is fresh from the system.
+    /// Memory for updates, which is reused: memory fresh from the system is slow.
     stacks: Mutex<Vec<Vec<f64>>>,
 }
 
@@ -190,7 +191,8 @@ impl Elimination<'_> {
         Ok(Factor { columns: part.columns.clone(), rows, panel, halves })
     }
 
-    /// The rows below a part's columns in which these have entries: those of A, and those of the parts below.
+    /// The rows below a part's columns in which the columns have entries: those of A, and those of the parts
+    /// below.
     fn rows(&self, part: &Part, halves: &[Factor]) -> Vec<u32> {
         let mut rows: Vec<u32> =
             part.columns.clone().flat_map(|j| self.matrix.column(j).0).copied().collect();
@@ -263,7 +265,8 @@ fn zeros(len: usize) -> Vec<f64> {
     zeros
 }
 
-/// Where each of the ascending `wanted` stands in a front of `columns` and the `rows` below, which hold them all.
+/// Where each of the ascending `wanted` stands in a front of `columns` and the `rows` below, which hold them
+/// all.
 fn find(wanted: &[u32], columns: &Range<usize>, rows: &[u32], places: &mut Vec<usize>) {
     let mut at = 0;
     places.clear();
@@ -278,7 +281,7 @@ fn find(wanted: &[u32], columns: &Range<usize>, rows: &[u32], places: &mut Vec<u
     }));
 }
 
-/// Makes the rows B below the columns' own triangle A = L Lᵀ those of L: B L⁻ᵀ.
+/// Turns the rows B below the columns' own triangle A = L Lᵀ into the rows of L: B L⁻ᵀ.
 fn solve_rows(triangle: MatRef<'_, f64>, rows: MatMut<'_, f64>) {
     if rows.nrows() <= ROWS_AT_ONCE {
         return solve_lower_triangular_in_place(triangle, rows.transpose_mut(), Par::Seq);
@@ -288,7 +291,7 @@ fn solve_rows(triangle: MatRef<'_, f64>, rows: MatMut<'_, f64>) {
     rayon::join(|| solve_rows(triangle, upper), || solve_rows(triangle, lower));
 }
 
-/// Subtracts `rows rowsᵀ`, of which only the lower triangle.
+/// Subtracts the lower triangle of `rows rowsᵀ`.
 fn subtract_square(rows: MatRef<'_, f64>, from: MatMut<'_, f64>) {
     use triangular::BlockStructure::{Rectangular, TriangularLower};
     if rows.nrows() <= ROWS_AT_ONCE {

@@ -1,5 +1,5 @@
-//! Sparse Cholesky factorisation of large symmetric systems on meshes: an order of elimination by the vertices' positions, and the
-//! multifrontal method along it.
+//! Sparse Cholesky factorisation of large symmetric systems on meshes: an order of elimination by the
+//! vertices' positions, and the multifrontal method along it.
 mod columns;
 mod dissection;
 mod factor;

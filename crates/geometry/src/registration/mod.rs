@@ -1,16 +1,16 @@
-//! Point sets laid over each other: the rigid motion or similarity between points that belong together, robustly; and points that
-//! belong to a surface, nobody knows where.
+//! Registration of point sets: robust rigid motions and similarities between points that belong together, and
+//! points laid over a surface without known places.
 mod onto_surface;
+mod rigid_inliers;
 mod similarity;
-mod still;
 
 pub use onto_surface::{OntoSurface, Start, onto_surface};
+pub use rigid_inliers::{RigidInliers, rigid_inliers};
 pub use similarity::{Similarity, fit, fit_robustly};
-pub use still::{Still, what_stays};
 
 use glam::DVec3;
 
-/// Whether a point is one: NaN stands for what was not seen.
+/// Whether a point was seen; NaN stands for a point that was not.
 fn seen(position: DVec3) -> bool {
     !position.is_nan()
 }

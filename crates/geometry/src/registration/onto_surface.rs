@@ -1,45 +1,48 @@
-//! Points laid over a surface that they are of, without knowing which point belongs where: markers on a face.
+//! Lays points over the surface that they lie on, such as markers over a face. It is not known which point
+//! belongs where.
 use super::similarity::{Similarity, fit};
 use crate::surface::Surface;
 use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 
-/// Starting points: so many turns in the plane of the points, each with these tilts, in degrees.
+/// The starting points of the search: so many turns in the plane of the points.
 const TURNS: usize = 18;
 const TILTS: [f64; 3] = [-25.0, 0.0, 25.0];
 
-/// Tolerances of the first search and of the last, in parts of the surface's extent: each is gone through with so many fits.
+/// The tolerances of the first search, in parts of the surface's extent, and the number of fits with each.
 const FIRST: ([f64; 4], usize) = ([0.1, 0.05, 0.03, 0.02], 6);
 const LAST: ([f64; 5], usize) = ([0.05, 0.03, 0.02, 0.015, 0.01], 40);
 
-/// Of the first search's ends, the best are searched on from.
+/// So many of the best results of the first search are refined by the last search.
 const KEPT: usize = 4;
 
-/// What is counted for a point that is far away grows to 1 from this part of the extent on.
+/// A point at this part of the extent from its place costs one half. The cost of a point that is far away
+/// grows to 1.
 const FAR: f64 = 0.01;
 
-/// Two ends that are turned by more against each other, in radians, are different ones.
+/// Two results count as different if their rotations differ by more than this, in radians.
 const DIFFERENT: f64 = 0.26;
 
-/// How much a point that is known counts, beside one that looks for its place.
+/// The weight of a point whose place is known; a point that looks for its place has the weight 1.
 const KNOWN: f64 = 20.0;
 
-/// Actors' proportions differ: each axis is stretched by up to this, and by less where few points ask for it.
+/// Actors' proportions differ. Each axis is stretched by up to this, and by less if few points ask for it.
 const STRETCH: f64 = 1.2;
 const STIFFNESS: f64 = 0.25;
 
 /// What is known before the search.
 #[derive(Debug, Clone)]
 pub struct Start {
-    /// The axes of the surface's space: to its right, up, and where it looks; lengths 1, at right angles.
+    /// The axes of the surface: its right, up, and the direction in which it looks; of length 1, at right
+    /// angles.
     pub axes: DMat3,
-    /// About where the points' middle belongs.
+    /// The approximate place of the points' middle.
     pub middle: DVec3,
-    /// The extent of the part of the surface that they are on.
+    /// The extent of the part of the surface that has the points.
     pub extent: f64,
     /// The least and the greatest scale.
     pub scales: [f64; 2],
-    /// For each point where it belongs, if that is known.
+    /// The place of each point, if it is known.
     pub known: Vec<Option<DVec3>>,
 }
 
@@ -48,21 +51,23 @@ pub struct Start {
 pub struct OntoSurface {
     /// From the points' space to the surface's.
     pub motion: Similarity,
-    /// Each axis of [`Start::axes`] stretched by this about the points' middle, after the motion.
+    /// The stretch along each axis of [`Start::axes`] about the points' middle, after the motion.
     pub stretch: DVec3,
-    /// Where each point comes to, before it is put on the surface.
+    /// The place of each point, before it is put on the surface.
     pub points: Vec<DVec3>,
-    /// How badly they fit, from 0 to 1.
+    /// How badly the points fit, from 0 to 1.
     pub cost: f64,
-    /// The same of the best fit that is turned otherwise, by 15° or more; infinite where there is none.
+    /// The cost of the best fit whose rotation differs by 15° or more; infinite if there is none.
     pub runner_up: f64,
 }
 
-/// Lays `points` over `surface` by a similarity: from many starting points, iterated closest points (Besl and McKay 1992), reweighted by Geman
-/// and McClure's function with a tolerance that shrinks; then each axis may stretch a little. `None` for fewer than four points or without a surface.
+/// Lays `points` over `surface` by a similarity; `None` for fewer than four points or without a surface.
 ///
-/// What is convex tells front from back: a face's points bulge towards where it looks. A surface that is the same on both sides does not
-/// tell left from right of points that are mirrored; labels have to.
+/// From many starting points, it iterates closest points (Besl and McKay 1992). They are reweighted by Geman
+/// and McClure's function with a tolerance that shrinks. Then each axis may stretch a little.
+///
+/// The bulge tells front from back: the points of a face bulge towards where it looks. On a symmetric
+/// surface, mirrored points do not tell left from right; only labels do.
 pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Option<OntoSurface> {
     if points.len() < 4 {
         return None;
@@ -100,18 +105,18 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The points' middle in the surface's, the points' front forwards, turned in all ways.
+    /// Starting motions: the points' middle at the surface's, their front forwards, with all turns and tilts.
     fn starts(&self) -> Option<Vec<Similarity>> {
         let count = self.points.len() as f64;
         let middle = self.points.iter().sum::<DVec3>() / count;
-        // The direction in which they spread least is across the face.
+        // The direction in which the points spread least is across the face.
         let mut covariance = DMat3::ZERO;
         for p in self.points {
             let d = *p - middle;
             covariance += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
         }
         let across = least(covariance);
-        // Its outside is where the ones in the middle are.
+        // The points in the middle of the face bulge outwards.
         let (mut heights, mut radii) = (0.0, 0.0);
         let of = |p: &DVec3| {
             let d = *p - middle;
@@ -137,7 +142,7 @@ impl Search<'_> {
         scale.is_finite().then(|| (0..TURNS).flat_map(turn).collect())
     }
 
-    /// Where each point, brought to the surface, should be, and how much it counts.
+    /// The target of each placed point, and its weight.
     fn targets(&self, placed: &[DVec3], tolerance: f64) -> Option<(Vec<DVec3>, Vec<f64>)> {
         let target = |(p, known): (&DVec3, &Option<DVec3>)| match known {
             Some(place) => Some((*place, KNOWN)),
@@ -167,7 +172,7 @@ impl Search<'_> {
         Some((self.cost(&motion)?, motion))
     }
 
-    /// The same with a scale that may be.
+    /// The same fit with a scale within the allowed bounds.
     fn bounded(&self, fitted: Similarity, targets: &[DVec3], weights: &[f64]) -> Similarity {
         let scale = fitted.scale.clamp(self.start.scales[0], self.start.scales[1]);
         let total: f64 = weights.iter().sum();
@@ -188,7 +193,8 @@ impl Search<'_> {
         Some(all?.iter().sum::<f64>() / self.points.len() as f64)
     }
 
-    /// The axes' stretches about the points' middle that bring them nearer still, and where they are then.
+    /// The stretches of the axes about the points' middle that bring the points nearer still, and the
+    /// stretched points.
     fn stretch(&self, motion: &Similarity) -> Option<(DVec3, Vec<DVec3>)> {
         let to_axes = self.start.axes.transpose();
         let placed: Vec<DVec3> = self.points.iter().map(|p| motion.apply(*p)).collect();
@@ -205,7 +211,7 @@ impl Search<'_> {
                 both += *w * p * q;
                 own += *w * p * p;
             }
-            // Ridge regression towards what the similarity has.
+            // Ridge regression towards the scale of the similarity.
             stretch = (both + STIFFNESS * own) / (own * (1.0 + STIFFNESS));
             stretch = stretch.clamp(DVec3::splat(1.0 / STRETCH), DVec3::splat(STRETCH));
             let next: Vec<DVec3> =
@@ -220,7 +226,8 @@ impl Search<'_> {
     }
 }
 
-/// The eigenvector of the least eigenvalue of a symmetric matrix that is not negative, by iterating with what is left of its trace.
+/// The eigenvector of the least eigenvalue of a symmetric positive semidefinite matrix. It is found by power
+/// iteration with the matrix subtracted from its trace.
 fn least(matrix: DMat3) -> DVec3 {
     let trace = matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z;
     let turned = DMat3::from_diagonal(DVec3::splat(trace)) - matrix;
@@ -287,7 +294,7 @@ mod tests {
                 rotation: DQuat::from_axis_angle(axis.normalize(), angle),
                 translation: DVec3::new(-400.0, 1500.0, 90.0),
             };
-            // One of them is no marker of the face.
+            // One of the points is no marker of the face.
             let mut markers: Vec<DVec3> = places.iter().map(|p| back.apply(*p)).collect();
             markers.push(back.apply(DVec3::new(0.0, 130.0, 60.0)));
             let found = onto_surface(&markers, &surface, &start).unwrap();

@@ -18,10 +18,10 @@ pub struct Similarity {
 }
 
 impl Similarity {
-    /// What changes nothing.
+    /// The motion that changes nothing.
     pub const IDENTITY: Self = Self { scale: 1.0, rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
 
-    /// Where it takes a point.
+    /// The image of a point.
     pub fn apply(&self, point: DVec3) -> DVec3 {
         self.rotation * (self.scale * point) + self.translation
     }
@@ -33,7 +33,7 @@ impl Similarity {
         Self { scale, rotation, translation: -(rotation * (scale * self.translation)) }
     }
 
-    /// First `first`, then this one.
+    /// The composition: first `first`, then this one.
     pub fn after(&self, first: &Self) -> Self {
         Self {
             scale: self.scale * first.scale,
@@ -43,8 +43,9 @@ impl Similarity {
     }
 }
 
-/// The similarity (or, without `with_scale`, the rigid motion) that takes `from` to `to` with the least weighted sum of squared distances.
-/// Pairs of which one is NaN do not count. `None` where fewer than three points with a weight are left, or they lie on a line.
+/// The similarity (or, without `with_scale`, the rigid motion) that takes `from` to `to` with the least
+/// weighted sum of squared distances. Pairs with a NaN do not count. `None` if fewer than three points with a
+/// weight remain, or if they lie on a line.
 pub fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: bool) -> Option<Similarity> {
     let pairs = || {
         let all = from.iter().zip(to).zip(weights).map(|((a, b), w)| (*a, *b, *w));
@@ -66,7 +67,7 @@ pub fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: bool) -> O
     }
     // Row i of M = Σ w b aᵀ is bᵢ times a.
     let best = horn(&correlation.to_cols_array_2d());
-    // The two largest are equal where the points lie on a line: then the turn about it is free.
+    // The two largest values are equal if the points lie on a line. Then the turn about the line is free.
     if best.largest - best.second <= 1e-9 * (spread[0] * spread[1]).sqrt() {
         return None;
     }
@@ -79,11 +80,12 @@ pub fn fit(from: &[DVec3], to: &[DVec3], weights: &[f64], with_scale: bool) -> O
     Some(Similarity { scale, rotation, translation: b0 - rotation * (scale * a0) })
 }
 
-/// As [`fit`] with the weight 1 for all, but points that do not fit lose theirs: iteratively reweighted by Geman and McClure's function of the
-/// residuals in multiples of `tolerance`, a distance in units of `to`. The first weights come from distances between the points, which a rigid
-/// motion keeps, so that a few bad points cannot mislead the first fit.
+/// As [`fit`] with the weight 1 for all, but points that do not fit lose their weight. Points are iteratively
+/// reweighted by Geman and McClure's function of the ratio of residual to `tolerance`, a distance in units of
+/// `to`. The first weights come from distances between the points, which a rigid motion keeps. So a few bad
+/// points cannot mislead the first fit.
 ///
-/// Also returns the RMS residual of what kept at least half of its weight.
+/// Also returns the RMS residual of the points that keep at least half of their weight.
 pub fn fit_robustly(
     from: &[DVec3],
     to: &[DVec3],
@@ -117,8 +119,9 @@ pub fn fit_robustly(
 
 const ITERATIONS: usize = 20;
 
-/// For each point the median change of its distances to the others, from `from` (scaled by the median ratio if the scale is free) to `to`;
-/// infinite for points that were not seen.
+/// For each point the median change of its distances to the other points, from `from` to `to`. If the scale
+/// is free, the distances in `from` are scaled by the median ratio first. Infinite for points that were not
+/// seen.
 fn distance_errors(from: &[DVec3], to: &[DVec3], with_scale: bool) -> Vec<f64> {
     let valid: Vec<usize> = (0..from.len()).filter(|&i| seen(from[i]) && seen(to[i])).collect();
     let distances = |i: usize| {

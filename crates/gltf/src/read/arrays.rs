@@ -63,8 +63,8 @@ impl Arrays {
         Ok(integers.into_iter().map(|[x]| x as u32).collect())
     }
 
-    /// The numbers other than 0 of accessor `index`, which has `expected` elements, with their places in ascending
-    /// order.
+    /// The numbers other than 0 of accessor `index`, which has `expected` elements, with their places in
+    /// ascending order.
     pub(super) fn nonzero(&mut self, index: usize, expected: u64) -> Result<Vec<(u64, f64)>> {
         let accessor = self.accessor(index)?;
         let found = accessor.count.0;

@@ -1,4 +1,4 @@
-//! The JSON's contents: where everything is, and what it stands for.
+//! The contents of the JSON: the place and the meaning of everything.
 
 use super::super::attributes::{Accessors, Attribute, Stated};
 use super::super::meshopt;
@@ -22,11 +22,11 @@ pub(super) struct Layout {
     pub ids: usize,
     /// What the mesh has besides positions and normals.
     pub attributes: Vec<Attribute>,
-    /// Positions, normals and each of the attributes of the base mesh. Those without positions are refused.
+    /// Positions, normals and each of the attributes of the base mesh. A file without positions is refused.
     pub base: Vec<Option<usize>>,
     /// The same of each target.
     pub targets: Vec<Vec<Option<usize>>>,
-    /// The mesh's node: from what is stored to metres with Y up.
+    /// The mesh's node: from the stored positions to metres with Y up.
     pub node: DMat4,
     /// From metres with Y up to mesh units along the mesh's axes.
     pub to_mesh: DMat4,
@@ -100,7 +100,7 @@ impl Faults<'_> {
         Error::malformed(format!("{}: {what}", self.name))
     }
 
-    /// What other programs' files have, or lack.
+    /// An error for something that files of other programs have or lack.
     fn of_others(self, what: &str) -> Error {
         self.of_file(&format!("{what}; expected a file that Rhytid has written"))
             .of_kind(InputErrorKind::UnsupportedFormat)
@@ -109,7 +109,7 @@ impl Faults<'_> {
 
 impl Extras {
     /// Those of a scene, whose numbers are in their range.
-    fn of(scene: &::gltf::json::Scene, faults: Faults<'_>) -> Result<Self> {
+    fn read(scene: &::gltf::json::Scene, faults: Faults<'_>) -> Result<Self> {
         let extras = scene.extras.as_ref().ok_or(faults.of_others("says nothing of its frames"))?;
         let extras: Self = serde_json::from_str(extras.get())
             .map_err(|e| faults.of_others(&format!("does not say of its frames what it should ({e})")))?;
@@ -139,7 +139,7 @@ struct Base {
 
 impl Base {
     /// `stated` is what the file says of its attributes' channels.
-    fn of(primitive: &Primitive, stated: &BTreeMap<String, Vec<Stated>>) -> Self {
+    fn read(primitive: &Primitive, stated: &BTreeMap<String, Vec<Stated>>) -> Self {
         let mut accessors =
             vec![accessor(primitive, Semantic::Positions), accessor(primitive, Semantic::Normals)];
         let mut attributes: Vec<Attribute> = Vec::new();
@@ -164,13 +164,13 @@ impl Base {
 }
 
 impl Layout {
-    pub(super) fn of(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
+    pub(super) fn read(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
         let faults = Faults { name };
         let ours = |what: &str| faults.of_others(what);
         refuse_unknown_extensions(root, faults)?;
         let scene =
             root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;
-        let extras = Extras::of(scene, faults)?;
+        let extras = Extras::read(scene, faults)?;
 
         let (head, mesh_node) =
             nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
@@ -180,7 +180,7 @@ impl Layout {
         let [primitive] = &mesh.primitives[..] else {
             return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
         };
-        let Base { accessors: base, mut attributes } = Base::of(primitive, &extras.attributes);
+        let Base { accessors: base, mut attributes } = Base::read(primitive, &extras.attributes);
         let ids = accessor(primitive, Semantic::Extras("VERTEX_ID".into()));
         let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
             (ids, primitive.indices, base[0], primitive.mode)
@@ -276,7 +276,7 @@ fn accessor(primitive: &Primitive, semantic: Semantic) -> Option<usize> {
     primitive.attributes.get(&Valid(semantic)).map(::gltf::json::Index::value)
 }
 
-/// What no target has is the same in all frames.
+/// An attribute that no target has is the same in all frames.
 fn hold_what_no_target_has(attributes: &mut [Attribute], targets: &[Vec<Option<usize>>]) {
     for (i, attribute) in attributes.iter_mut().enumerate() {
         if !targets.is_empty() && targets.iter().all(|target| target[2 + i].is_none()) {

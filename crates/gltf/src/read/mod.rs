@@ -1,4 +1,4 @@
-//! Animations read back that [`super::write`] has written. Nothing in a file is trusted.
+//! Reads back animations that [`super::write`] has written. Nothing in a file is trusted.
 
 mod arrays;
 mod layout;
@@ -16,7 +16,7 @@ use rhytid_export::{AnimationReader, Summary};
 use source::Document;
 use std::path::Path;
 
-/// Targets are kept once they were read, up to so many numbers in all (of 8 bytes).
+/// Targets that were read are kept, up to so many numbers in all (of 8 bytes).
 const KEPT: usize = 1 << 25;
 
 /// Opens the animation in the `.glb` or `.gltf` file `path`.
@@ -40,13 +40,13 @@ struct Animation {
     ids: Vec<usize>,
     /// Positions, normals and each attribute of the layout, as far as they were read.
     base: Vec<Option<Vectors>>,
-    /// Of each target the offsets of the same, as far as they are kept.
+    /// The same of each target as offsets, as far as they are kept.
     targets: Vec<Vec<Option<Vectors>>>,
     kept: usize,
 }
 
 fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn AnimationReader>> {
-    let layout = Layout::of(&arrays.root, targets, &arrays.name)?;
+    let layout = Layout::read(&arrays.root, targets, &arrays.name)?;
     let ids = ids(&mut arrays, layout.ids)?;
     // Copies come after all originals.
     let vertices = ids.iter().max().map_or(0, |last| last + 1);
@@ -150,7 +150,8 @@ impl Animation {
         }
     }
 
-    /// Replaces `out` by what the V originals have of the W `vectors`; an error if a copy has something else.
+    /// Replaces `out` by the V originals' part of the W `vectors`; an error if a copy differs from its
+    /// original.
     fn originals(&self, vectors: &[[f32; 3]], frame: usize, out: &mut Vec<f32>) -> Result<()> {
         let vertices = self.summary.vertices;
         if let Some(w) = (vertices..vectors.len()).find(|&w| vectors[w] != vectors[self.ids[w]]) {
@@ -175,7 +176,7 @@ impl AnimationReader for Animation {
         out.clear();
         let place = self.layout.to_mesh * self.layout.node;
         if channel.name == channel::POSITIONS.name {
-            // As a viewer places them in metres with Y up, and back.
+            // The places that a viewer gives them, in metres with Y up, brought back to mesh units.
             let vectors = self.evaluate(frame, 0)?;
             let placed =
                 vectors.iter().map(|&v| place.transform_point3(DVec3::from_array(v)).as_vec3().to_array());
@@ -206,7 +207,7 @@ impl AnimationReader for Animation {
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
         let Some(keys) = &self.motion.head else { return Ok(None) };
         let motion: DMat4 = keys[frame];
-        // Along glTF's axes in metres; seen from the mesh, between its own axes and units.
+        // The head pose is along glTF's axes in metres; the result is in the mesh's own axes and units.
         let to_mesh = self.layout.to_mesh;
         let columns = (to_mesh * motion * to_mesh.inverse()).to_cols_array_2d();
         Ok(Some(std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]))))

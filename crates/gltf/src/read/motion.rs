@@ -9,7 +9,8 @@ use rhytid_core::{Error, Result};
 pub(super) struct Motion {
     /// The targets with a weight other than 0 and that weight, of all frames in turn.
     weights: Vec<(usize, f64)>,
-    /// Where each frame's begin in `weights`, and where the last one's end; empty where there are no weights.
+    /// Where the part of each frame begins in `weights`, and where the last part ends; empty if there are no
+    /// weights.
     begins: Vec<usize>,
     /// The head pose, along glTF's axes in metres.
     pub head: Option<Vec<DMat4>>,

@@ -1,4 +1,4 @@
-//! A file's JSON and its numbers, of which no more is read than is asked for.
+//! A file's JSON and its numbers. Numbers are read only when they are asked for.
 
 use super::super::attributes::{self, Accessors};
 use ::gltf::json::Root;
@@ -23,7 +23,8 @@ pub(super) struct Source {
 /// A file's JSON.
 pub(super) struct Document {
     pub root: Root,
-    /// As [`attributes::of_targets`]; empty where no mesh has attributes of the application's own but vertices' numbers.
+    /// As [`attributes::of_targets`]; empty where no mesh has attributes of the application's own but
+    /// vertices' numbers.
     pub targets: Vec<Vec<Accessors>>,
 }
 
@@ -150,7 +151,7 @@ fn beside(root: &Root, path: &Path) -> Result<PathBuf> {
     // A colon would be percent-encoded; as it is, it ends a scheme.
     let name = uri.filter(|uri| !uri.contains(':')).map(|uri| percent_decode_str(uri).decode_utf8_lossy());
     match name {
-        // What `rhytid` writes is in the same folder, and nothing else is opened.
+        // The `.bin` that Rhytid writes is in the same folder, and nothing else is opened.
         Some(name) if Path::new(&*name).file_name().is_some_and(|last| last == &*name) => {
             Ok(path.with_file_name(&*name))
         }

@@ -8,7 +8,7 @@ use ::gltf::json::validation::Checked::Valid;
 use ::gltf::json::{Index, Node};
 use rhytid_core::{Result, RigidMotion, UpAxis};
 
-/// An animation, whose keys readers are to join by straight lines (and rotations evenly).
+/// An animation. Readers interpolate its keys linearly (and rotations spherically).
 pub(super) struct Animation {
     /// The number of frames, at least 1.
     pub frames: usize,
@@ -38,7 +38,7 @@ pub(super) struct Nodes {
 }
 
 impl Animation {
-    /// Writes the keys, and adds to `nodes` the one that moves as the head does. `None` if nothing moves.
+    /// Writes the keys, and adds the node to `nodes` that moves like the head. `None` if nothing moves.
     pub(super) fn write(
         self,
         buffers: &mut Buffers,
@@ -101,7 +101,7 @@ impl Animation {
     }
 }
 
-/// A vector along the mesh's axes, along glTF's.
+/// Turns a vector from the mesh's axes to glTF's.
 pub(super) fn y_up<T: Copy + std::ops::Neg<Output = T>>([x, y, z]: [T; 3], up_axis: UpAxis) -> [T; 3] {
     match up_axis {
         UpAxis::Y => [x, y, z],
@@ -109,8 +109,8 @@ pub(super) fn y_up<T: Copy + std::ops::Neg<Output = T>>([x, y, z]: [T; 3], up_ax
     }
 }
 
-/// Rotations and translations along glTF's axes, in metres. A quaternion and its negative are the same rotation; each
-/// has the sign that is nearer to the one before.
+/// Rotations and translations along glTF's axes, in metres. A quaternion and its negative are the same
+/// rotation. Each quaternion has the sign that is nearer to the one before.
 fn keys(
     head: &[RigidMotion],
     metres_per_unit: f64,

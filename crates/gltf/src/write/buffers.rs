@@ -14,18 +14,18 @@ use rhytid_core::Result;
 use rhytid_export::morphs::Values;
 use serde_json::{Map, json};
 
-/// The binary part of a file, and what the JSON says of it.
+/// The binary part of a file, and its description in the JSON.
 pub(super) struct Buffers {
     pub container: Container,
     /// Whether it is compressed.
     pub meshopt: bool,
     pub views: Vec<View>,
     pub accessors: Vec<Accessor>,
-    /// The length of the buffer that the compressed views unfold to.
+    /// The length of the buffer that the compressed views decompress to.
     unfolded: u64,
 }
 
-/// What an accessor's elements are.
+/// The type of an accessor's elements.
 #[derive(Clone, Copy)]
 pub(super) struct Element {
     pub component: ComponentType,
@@ -51,7 +51,7 @@ impl Element {
     }
 }
 
-/// What an element is made of.
+/// A component of an element.
 pub(super) trait Number: Copy {
     /// Appends its bytes as glTF orders them.
     fn put(self, out: &mut Vec<u8>);
@@ -87,8 +87,8 @@ impl Buffers {
         Ok(Index::push(&mut self.accessors, accessor(view, element, corners.len())))
     }
 
-    /// An attribute of vertices or of a morph target: V×3 `values`, and those of the copied vertices. Positions need
-    /// their bounds told.
+    /// An attribute of vertices or of a morph target: V×3 `values`, and those of the copied vertices.
+    /// Accessors of positions need bounds.
     pub(super) fn vectors(
         &mut self,
         values: &Values,
@@ -146,7 +146,7 @@ impl Buffers {
         self.elements(vectors, element, Some(Target::ArrayBuffer))
     }
 
-    /// Numbers that no vertex has, such as an animation's.
+    /// Numbers that do not belong to vertices, such as those of an animation.
     pub(super) fn numbers<const N: usize>(
         &mut self,
         vectors: &[[f32; N]],
@@ -165,7 +165,8 @@ impl Buffers {
         Ok(Index::push(&mut self.accessors, accessor(view, element, vectors.len())))
     }
 
-    /// `n` × `n` weights: 1 on the diagonal, of which alone anything is stored. `n` is at most 65,535.
+    /// `n` × `n` weights: 1 on the diagonal and 0 elsewhere. Only the diagonal is stored. `n` is at most
+    /// 65,535.
     pub(super) fn identity(&mut self, n: usize) -> Result<Index<Accessor>> {
         let places: Vec<[u32; 1]> = (0..n).map(|k| [(k * (n + 1)) as u32]).collect();
         let places = self.view_of(&places, 4, None)?;
@@ -211,7 +212,7 @@ impl Buffers {
         self.view(&bytes, stride, compressed, target)
     }
 
-    /// Adds `bytes`, or in their place what they were compressed to, in the extension's `mode`.
+    /// Adds `bytes`, or their compressed form in the extension's `mode`.
     fn view(
         &mut self,
         bytes: &[u8],
@@ -223,7 +224,7 @@ impl Buffers {
             buffer: Index::new(u32::from(self.meshopt)),
             byte_length: bytes.len().into(),
             byte_offset: Some(USize64(self.container.length())),
-            // Indices and what no vertex has must have none.
+            // Views of indices and of numbers without vertices must have no stride.
             byte_stride: matches!(target, Some(Target::ArrayBuffer)).then_some(Stride(stride)),
             name: None,
             target: target.map(Valid),
@@ -247,7 +248,7 @@ impl Buffers {
         Ok(Index::push(&mut self.views, view))
     }
 
-    /// The buffers: the file's own, and the one that readers unfold what is compressed to.
+    /// The buffers: the file's own, and the one that readers decompress into.
     pub(super) fn buffers(&self) -> Vec<Buffer> {
         let stored = Buffer {
             byte_length: USize64(self.container.length()),

@@ -9,13 +9,14 @@ use rhytid_core::{Progress, Result, channel};
 use rhytid_export::morphs::{Frames, Settings};
 use rhytid_export::{Deviation, Exporter, Frame, Options, Scene, Written};
 
-/// The base and the targets are whatever shows every frame within a bound (see [`rhytid_export::morphs`]).
+/// The base and the targets are chosen so that they reproduce every frame within a bound (see
+/// [`rhytid_export::morphs`]).
 pub(super) struct Compressed {
     document: Document,
     timing: Timing,
     frames: Frames,
     attributes: Vec<Attribute>,
-    /// What is the same in all frames, V × 3 numbers of each.
+    /// The attributes that are the same in all frames, V × 3 numbers of each.
     constants: Vec<(Attribute, Vec<f32>)>,
     count: usize,
     goal: Goal,
@@ -23,12 +24,12 @@ pub(super) struct Compressed {
     quantize: bool,
 }
 
-/// What the targets are chosen by.
+/// The goal of the choice of targets.
 #[derive(Clone, Copy)]
 pub(super) enum Goal {
     /// As few as keep every vertex of every frame within so many mesh units.
     Within(f64),
-    /// So many, as near to the frames as they come.
+    /// So many targets, with the least deviation from the frames.
     Shapes(usize),
 }
 

@@ -1,6 +1,6 @@
 //! The files that a glTF's bytes go to: one `.glb`, or `.gltf` with `.bin` beside it.
 //!
-//! The JSON is known last and comes first in a `.glb`, so its binary chunk waits in an unnamed file.
+//! The JSON is known last but comes first in a `.glb`. So the binary chunk waits in an unnamed file.
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
 use rhytid_core::{AtomicFile, Error, Progress, Remedy, Result};
@@ -10,11 +10,12 @@ use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
 
-/// A GLB's header, and what stands before each of its two chunks.
+/// The bytes of a GLB's header.
 const GLB_HEADER: u64 = 12;
+/// The bytes before each of its two chunks.
 const CHUNK_HEADER: u64 = 8;
 
-/// What a file name keeps in a URI.
+/// The characters that a URI escapes in a file name.
 const IN_URI: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.').remove(b'~');
 
 /// The numbers beside a `.gltf`.
@@ -50,15 +51,15 @@ enum Bin {
 pub(super) struct Limit {
     /// In bytes; all files together.
     pub bytes: u64,
-    /// The size in words, and how to do without.
+    /// The size in words, and how to avoid the limit.
     pub sentence: &'static str,
-    /// The settings that do without.
+    /// The settings that avoid the limit.
     pub remedies: &'static [Remedy],
 }
 
 impl Limit {
-    /// What `options` allow, and what the kind can hold.
-    pub(super) fn of(kind: Kind, options: &Options) -> Self {
+    /// The limit that `options` allow and the kind can hold.
+    pub(super) fn new(kind: Kind, options: &Options) -> Self {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
@@ -156,7 +157,7 @@ impl Container {
                 self.file.finish()?;
             }
             Bin::File(bin) => {
-                // What can fail fails before the first name is given.
+                // Everything that can fail is done before the first file gets its name.
                 self.file.write_all(&json).and_then(|()| self.file.flush()).map_err(error)?;
                 bin.finish(|| self.file.finish())?;
             }

@@ -1,4 +1,4 @@
-//! The JSON: one mesh on one node, and what moves it.
+//! The JSON: one mesh on one node, and its animation.
 
 use super::super::attributes::{self, Attribute, Extras};
 use super::super::meshopt;
@@ -23,11 +23,11 @@ use std::path::Path;
 /// The extension that lets positions and normals be integers.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
 
-/// The largest number of vertices whose numbers a 32-bit float tells apart. (glTF allows attributes no 32-bit
-/// integers.)
+/// The largest number of vertices whose indices a 32-bit float tells apart. (glTF allows no 32-bit integers
+/// in attributes.)
 const MOST_VERTICES: usize = 1 << 24;
 
-/// What a file says besides its numbers.
+/// What a file states in addition to its numbers.
 pub(super) struct About {
     /// Names the nodes, the mesh and the animation.
     name: String,
@@ -39,7 +39,7 @@ pub(super) struct About {
 }
 
 impl About {
-    /// What is known of any scene.
+    /// The facts that every scene has.
     pub(super) fn new(scene: &Scene<'_>) -> Self {
         let material = match scene.materials.map_or(&[][..], |materials| &materials.names) {
             [only] => only,
@@ -66,7 +66,7 @@ impl About {
         self
     }
 
-    /// Adds how the frames lie in time, from which readers that know our files count them.
+    /// Adds the times of the frames. Readers that know the extras count the frames by them.
     pub(super) fn with_time(mut self, scene: &Scene<'_>) -> Self {
         self.extras["frames"] = scene.frames.into();
         self.extras["framesPerSecond"] = scene.rate.into();
@@ -100,7 +100,7 @@ pub(super) struct Document {
     indices: Option<Index<Accessor>>,
     targets: Vec<MorphTarget>,
     target_names: Vec<String>,
-    /// What targets have besides, where they have any.
+    /// The further attributes of the targets, if there are any.
     target_extras: Vec<Extras>,
 }
 
@@ -124,7 +124,7 @@ impl Document {
                 scene.rest.len()
             )));
         }
-        let container = Container::create(path, kind, Limit::of(kind, options))?;
+        let container = Container::create(path, kind, Limit::new(kind, options))?;
         Ok(Self {
             buffers: Buffers::new(container, options.meshopt),
             about,
@@ -159,7 +159,7 @@ impl Document {
             self.attributes.insert(Semantic::Normals, normals);
         }
         if let Some(uvs) = &self.surface.uvs {
-            // Others repeat the texture, which 16-bit integers cannot.
+            // Coordinates outside of 0 to 1 repeat the texture, and 16-bit integers cannot hold them.
             let within = uvs.as_flattened().iter().all(|x| (0.0..=1.0).contains(x));
             let uvs = if self.quantize && within {
                 let uvs: Vec<_> = uvs.iter().map(|uv| uv.map(|x| (x * 65535.0).round() as u16)).collect();
@@ -175,7 +175,7 @@ impl Document {
         Ok(())
     }
 
-    /// Writes what the weight 1 of a further target adds to V positions and normals.
+    /// Writes a further target: the offsets that its weight 1 adds to V positions and normals.
     pub(super) fn target(
         &mut self,
         name: String,
@@ -196,7 +196,7 @@ impl Document {
         Ok(())
     }
 
-    /// Writes what the weight 1 of the last target adds to it.
+    /// Writes a further attribute of the last target: the offsets that its weight 1 adds.
     pub(super) fn target_extra(&mut self, name: &str, values: Vec<f32>) -> Result<()> {
         let index = self.vectors(&Values::F32(values), false)?;
         self.target_extras.resize(self.targets.len(), Extras::new());
@@ -208,7 +208,7 @@ impl Document {
         Ok(())
     }
 
-    /// States how far the numbers of an attribute are from those that came in.
+    /// States the deviation of an attribute from the numbers that came in.
     pub(super) fn state_error(&mut self, attribute: &Attribute, worst: f64, rms: f64) {
         let stated = json!({ "worst": worst, "rms": rms });
         match attribute.channels.as_slice() {
@@ -222,8 +222,8 @@ impl Document {
         self.buffers.vectors(values, &self.surface, bounds)
     }
 
-    /// Writes the rest and gives the file its name. `weights` are those of the targets where nothing is animated; all
-    /// 0 if there are none.
+    /// Writes the rest and gives the file its name. `weights` are those of the targets where nothing is
+    /// animated; all 0 if there are none.
     pub(super) fn finish(
         mut self,
         placement: Placement,
@@ -300,7 +300,7 @@ impl Document {
     }
 }
 
-/// How far positions are from those that came in, as the scene's extras say it.
+/// The deviation of the positions from those that came in, as the scene's extras state it.
 fn stated(error: Deviation, metres_per_unit: f64) -> Value {
     let Deviation { worst, at: (frame, vertex), rms } = error;
     let millimetres = |x: f64| x * metres_per_unit * 1000.0;
@@ -322,7 +322,7 @@ fn extensions(is_quantized: bool, is_meshopt: bool) -> Vec<String> {
     extensions
 }
 
-/// The JSON, with what targets have besides, for which `root` has no place.
+/// The JSON, with the further attributes of targets, for which `root` has no place.
 fn text(root: &Root, target_extras: &[Extras]) -> Result<Vec<u8>> {
     let internal = |e: serde_json::Error| Error::Internal(format!("a glTF document: {e}"));
     if target_extras.is_empty() {
@@ -333,7 +333,7 @@ fn text(root: &Root, target_extras: &[Extras]) -> Result<Vec<u8>> {
     serde_json::to_vec(&document).map_err(internal)
 }
 
-/// A node that takes what is stored to metres with Y up.
+/// A node that takes the stored positions to metres with Y up.
 fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
     let scale = (metres_per_unit * f64::from(placement.scale)) as f32;
     let translation = placement.translation.map(|x| (metres_per_unit * f64::from(x)) as f32);
@@ -345,7 +345,7 @@ fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
     }
 }
 
-/// Without a material, viewers take bare metal, seen from the front alone.
+/// Without a material, viewers show bare metal, from the front alone.
 fn skin(name: String) -> Material {
     Material {
         name: Some(name),

@@ -54,7 +54,8 @@ impl Timing {
     }
 }
 
-/// What the mesh and its targets have besides, of frame after frame: the base has that of the first frame.
+/// The further attributes of the mesh and its targets, of frame after frame. The base has those of the first
+/// frame.
 pub(super) struct OtherTargets {
     attributes: Vec<Attribute>,
     base: Vec<Vec<f32>>,
@@ -65,7 +66,8 @@ impl OtherTargets {
         Self { attributes, base: Vec::new() }
     }
 
-    /// Adds `of_frame`, 3V numbers for each attribute, to the target that was written last, and to the base that of the first.
+    /// Adds `of_frame`, 3V numbers for each attribute, to the target that was written last, and to the base
+    /// that of the first.
     pub(super) fn write(&mut self, document: &mut Document, of_frame: Vec<Vec<f32>>) -> Result<()> {
         if self.base.is_empty() {
             for (attribute, numbers) in self.attributes.iter().zip(&of_frame) {
@@ -151,7 +153,7 @@ pub(super) fn check_frames(
         )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress]));
     }
     if options.meshopt {
-        // How small that is will be seen.
+        // The compressed size is known only later.
         return Ok(());
     }
     let bytes_of = |float: u64, integer: u64| if options.quantize { integer } else { float };
@@ -159,7 +161,7 @@ pub(super) fn check_frames(
     let per_vertex = bytes_of(12, 8) + of_normals + 12 * attributes.len() as u64;
     // Copies of vertices at seams come on top.
     let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET;
-    let limit = Limit::of(kind, options);
+    let limit = Limit::new(kind, options);
     // The base mesh, and then the frames.
     let fit = (limit.bytes / per_frame).saturating_sub(1);
     match frames as u64 <= fit {

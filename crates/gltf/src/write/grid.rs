@@ -1,7 +1,7 @@
 //! Positions as 16-bit and normals as 8-bit integers (KHR_mesh_quantization).
 //!
-//! Each frame is rounded as a whole, and a target holds the difference of its frame's integers and the base's. So a
-//! frame is off by one rounding only, not by the base's and its own.
+//! Each frame is rounded as a whole, and a target holds the difference between the integers of its frame and
+//! of the base. So a frame has only its own rounding error, without that of the base.
 
 use super::document::Placement;
 
@@ -15,7 +15,7 @@ pub(super) struct Grid {
     placement: Placement,
 }
 
-/// What a grid has to hold.
+/// The numbers that a grid has to hold.
 #[derive(Debug, Clone)]
 pub(super) struct Extent {
     low: [f32; 3],
@@ -41,7 +41,7 @@ impl Extent {
         }
     }
 
-    /// The finest grid that holds it; `None` where its numbers are too large for 32 bits.
+    /// The finest grid that holds all of this; `None` if the numbers are too large for 32 bits.
     pub(super) fn grid(&self) -> Option<Grid> {
         let middle = |axis: usize| (f64::from(self.low[axis]) + f64::from(self.high[axis])) / 2.0;
         let translation: [f32; 3] = std::array::from_fn(|axis| middle(axis) as f32);
@@ -49,7 +49,7 @@ impl Extent {
             let from_middle = |x: f32| (f64::from(x) - f64::from(translation[axis])).abs();
             [from_middle(self.low[axis]), from_middle(self.high[axis])]
         });
-        // A grid point is left over at either end, since an offset is a difference of two that were rounded.
+        // A grid point is left over at either end, because an offset is a difference of two rounded numbers.
         let scale = (reach.fold(self.offset, f64::max) * (I16 + 1.0) / (I16 - 1.0)) as f32;
         let scale = if scale == 0.0 { 1.0 } else { scale };
         scale.is_finite().then_some(Grid { placement: Placement { scale, translation } })
@@ -87,9 +87,9 @@ impl Grid {
     }
 }
 
-/// What takes the grid points `from` to the grid points `to`.
+/// The offsets from the grid points `from` to the grid points `to`.
 pub(super) fn offsets(from: &[i16], to: &[i16]) -> Vec<i16> {
-    // They fit, since the grid was made for the largest offset.
+    // They fit, because the grid was made for the largest offset.
     from.iter().zip(to).map(|(&from, &to)| to.saturating_sub(from)).collect()
 }
 
@@ -98,9 +98,9 @@ pub(super) fn snap_normals(normals: &[f32]) -> Vec<i8> {
     normals.iter().map(|&x| (f64::from(x) * I8).round().clamp(-I8, I8) as i8).collect()
 }
 
-/// What takes the normals `from` (integers) to the directions of `to` (3V coordinates, 0 where there is none and the
-/// base's stays). Where normals turn so far that an offset would be larger than 1, a shorter vector is reached: viewers
-/// normalise the sum.
+/// The offsets from the normals `from` (integers) to the directions of `to` (3V coordinates). If a direction
+/// is 0, the base's stays. If a normal turns so far that an offset would be larger than 1, the sum is a
+/// shorter vector: viewers normalise it.
 pub(super) fn normal_offsets(from: &[i8], to: &[f32]) -> Vec<i8> {
     let pairs = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
     let offset = |(from, to): (&[i8; 3], &[f32; 3])| {
@@ -114,7 +114,7 @@ pub(super) fn normal_offsets(from: &[i8], to: &[f32]) -> Vec<i8> {
             let room = if to[axis] < 0.0 { from[axis] - I8 } else { from[axis] + I8 };
             if to[axis] == 0.0 { length } else { length.min(room / to[axis]) }
         });
-        // Straight back, a vector of 0 is all there is room for; the smallest has the direction.
+        // Straight back, there is only room for a vector of 0. The smallest vector has the direction.
         let length = length.max(1.0 / I8);
         std::array::from_fn(|axis| (length * to[axis] - from[axis]).round().clamp(-I8, I8) as i8)
     };

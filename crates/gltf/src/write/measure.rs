@@ -1,4 +1,4 @@
-//! The distance of what is stored from what was given.
+//! The distance of the stored positions from the given ones.
 
 use glam::DVec3;
 use rhytid_export::Deviation;
@@ -16,7 +16,7 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// This `vertex` was to be at `given` in this `frame`, and is stored so that it is at `stored`, by exact arithmetic.
+    /// Adds a vertex of a frame: it was `given` at one place and is `stored` at another, by exact arithmetic.
     pub(super) fn add(&mut self, frame: usize, vertex: usize, given: [f64; 3], stored: [f64; 3]) {
         let squared = DVec3::from(given).distance_squared(DVec3::from(stored));
         if squared > self.worst {
@@ -27,10 +27,12 @@ impl Measure {
         self.largest = stored.iter().fold(self.largest, |largest, x| largest.max(x.abs()));
     }
 
-    /// The outcome. `reach` is the largest number that a reader computes with on its way to a coordinate, beyond the
-    /// coordinates themselves; the worst distance covers what a reader's 32-bit arithmetic adds: at most eight roundings
-    /// of a number of that size along each axis (integers to fractions, their sum, scale and translation, which are
-    /// rounded themselves, and a turn).
+    /// The outcome. `reach` is the largest number that a reader computes with on its way to a coordinate,
+    /// beyond the coordinates themselves.
+    ///
+    /// The worst distance includes the rounding of a reader's 32-bit arithmetic: at most eight roundings of a
+    /// number of that size along each axis. They are of integers to fractions, their sum, scale and
+    /// translation (which are rounded themselves) and a rotation.
     pub(super) fn deviation(&self, reach: f64) -> Deviation {
         let rounding = f64::from(f32::EPSILON) / 2.0 * self.largest.max(reach);
         Deviation {

@@ -25,8 +25,8 @@ pub use shapes::{check_count, write_shapes};
 /// Opens an exporter; `scene` has been checked.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] if the file could not hold the scene, or would be larger than `options` allow;
-/// [`rhytid_core::Error::Io`].
+/// [`rhytid_core::Error::Input`] if the file could not hold the scene, or would be larger than `options`
+/// allow; [`rhytid_core::Error::Io`].
 pub fn create(path: &Path, kind: Kind, scene: &Scene<'_>, options: &Options) -> Result<Box<dyn Exporter>> {
     let goal = match (options.shapes, options.max_error) {
         (Some(shapes), _) => {

@@ -1,4 +1,4 @@
-//! A target for each frame, as integers: what grid they lie on is known once all frames are.
+//! A target for each frame, as integers. Their grid is known only when all frames are.
 
 use super::animation::Weights;
 use super::container::rewound;
@@ -116,7 +116,7 @@ impl Exporter for Quantized {
     }
 }
 
-/// Compares frame `k` with what the base and its offsets add up to.
+/// Compares frame `k` with the sum of the base and its offsets.
 fn add(measure: &mut Measure, grid: &Grid, k: usize, positions: &[f32], [base, points]: [&[i16]; 2]) {
     let vectors = |points| <[i16]>::as_chunks::<3>(points).0;
     let stored = vectors(base).iter().zip(vectors(points));

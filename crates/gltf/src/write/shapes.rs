@@ -1,4 +1,4 @@
-//! Named morph targets that nothing moves.
+//! Named morph targets without an animation.
 
 use super::container::Kind;
 use super::document::{About, Document, Placement};
@@ -10,7 +10,7 @@ use rhytid_export::morphs::Values;
 use rhytid_export::{Options, Shape, Shapes, Written};
 use std::path::Path;
 
-/// An error if `count` shapes are more than a file at `path` may hold.
+/// Returns an error if `count` shapes are more than a file at `path` may hold.
 pub fn check_count(path: &Path, count: usize, options: &Options) -> Result<()> {
     if count <= MOST_TARGETS || options.force {
         return Ok(());
@@ -22,8 +22,8 @@ pub fn check_count(path: &Path, count: usize, options: &Options) -> Result<()> {
     )).with_remedies(&[Remedy::Force]))
 }
 
-/// Writes a mesh with a target for each shape; `shapes` have been checked. Of the options, those of a target's numbers
-/// apply.
+/// Writes a mesh with a target for each shape; `shapes` have been checked. Only the options for the numbers
+/// of targets apply.
 ///
 /// # Errors
 /// [`Error::Input`] if the file could not hold them, or would be larger than `options` allow; [`Error::Io`];
@@ -57,7 +57,7 @@ fn plain(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progress) -
     document.finish(Placement::NONE, None, None, None, progress)
 }
 
-/// The error that is returned is that of each shape alone.
+/// The returned error is that of each shape alone.
 fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progress) -> Result<Written> {
     let rest = shapes.rest.as_flattened();
     let moved = |shape: &Shape| -> Vec<f32> {

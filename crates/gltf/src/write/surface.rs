@@ -4,8 +4,8 @@ use rhytid_core::{Faces, Uvs};
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
-/// W ≥ V vertices: the input's V in their order, then copies of those whose corners have several texture
-/// coordinates.
+/// W ≥ V vertices: the input's V in their order, then copies. A vertex is copied if its corners have several
+/// texture coordinates.
 pub(super) struct Surface {
     /// V.
     originals: usize,
@@ -44,7 +44,7 @@ impl Surface {
     /// Copies vertices until each has one texture coordinate.
     fn split(&mut self, corners: &[u32], values: &[[f32; 2]], uv_at: &[u32]) {
         let mut first: Vec<Option<[f32; 2]>> = vec![None; self.originals];
-        // A vertex and the bits of a texture coordinate other than its first; the copy that has it.
+        // The copy of a vertex for the bits of a texture coordinate other than its first.
         let mut copies: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
         let mut copied_uvs = Vec::new();
         for (index, &corner) in self.indices.iter_mut().zip(corners) {
@@ -73,7 +73,7 @@ impl Surface {
         self.originals + self.copied.len()
     }
 
-    /// What the W vertices have, where `of_originals` is what the V originals have.
+    /// The values of the W vertices from the values `of_originals` of the V originals.
     pub(super) fn spread<T: Copy>(&self, of_originals: &[T]) -> impl Iterator<Item = T> {
         of_originals.iter().copied().chain(self.copied.iter().map(|&v| of_originals[v as usize]))
     }

@@ -4,7 +4,7 @@ use rhytid_core::{Error, Result};
 use rhytid_export::morphs::Values;
 use std::path::Path;
 
-/// What WebGL2 promises, and more than most programs show as sliders.
+/// The number of targets that WebGL2 guarantees. It is more than most programs show as sliders.
 pub(super) const MOST_TARGETS: usize = 256;
 
 /// Base normals of 3V coordinates: glTF demands a direction even where there is none.
@@ -18,8 +18,8 @@ pub(super) fn differences(from: &[f32], to: &[f32]) -> Vec<f32> {
     from.iter().zip(to).map(|(from, to)| to - from).collect()
 }
 
-/// What is to be added to the normals `from` for the directions `to`. Where there is none (a vector of 0), the base's
-/// stays: viewers normalise the sum, and 0 has no direction.
+/// The offsets from the normals `from` to the directions `to`. If a direction is 0, the base's stays: viewers
+/// normalise the sum, and 0 has no direction.
 pub(super) fn normal_differences(from: &[f32], to: &[f32]) -> Vec<f32> {
     let pairs = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
     let offset = |(from, to): (&[f32; 3], &[f32; 3])| match *to == [0.0; 3] {

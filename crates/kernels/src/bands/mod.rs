@@ -16,9 +16,10 @@ parameter_block!(
     features,
     /// N, the rest pose included.
     centers,
-    /// 1 where `example_weights` is stored as fp16, 0 where it is not. The twin has its own type for it and does not look.
+    /// 1 where `example_weights` is stored as fp16, 0 where it is not. The reference has numbers of its own
+    /// type and ignores this.
     fp16,
-    /// 1 where the folds are of vector strains too, 0 where they are not.
+    /// 1 where the folds are functions of vector strains too, 0 where they are not.
     folds,
 );
 
@@ -49,10 +50,11 @@ pub fn fold_weights(centers: usize, folds: bool) -> usize {
     if folds { centers + 1 } else { 1 }
 }
 
-/// The part of what a vertex listens to that is its strain edges'; anchors have the rest.
+/// The share of strain edges in the weights of a vertex's influences. Anchors have the rest.
 pub const EDGES_SHARE: f64 = 0.9;
 
-/// What the twin reads of a rig: the vertices of the part alone, and what each listens to as the rig has it.
+/// The data of a rig that the reference reads: only the vertices of the part, and the influences of each in
+/// the rig's order.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
     /// K.
@@ -73,7 +75,8 @@ pub struct Buffers<'a, T> {
     pub fold_weights: &'a [[T; 3]],
 }
 
-/// o and d of vertex `i` of the part, given the table of one frame; `strain_edges` is F. Without folds d is 0.
+/// o and d of vertex `i` of the part, given the table of one frame; `strain_edges` is F. Without folds, d is
+/// zero.
 pub fn vertex_bands<T: Real>(
     params: Params,
     buffers: &Buffers<'_, T>,
@@ -115,7 +118,7 @@ pub fn vertex_bands<T: Real>(
     [offset, detail]
 }
 
-/// The twin; `strain_edges` is F. `local_detail` is not written without folds.
+/// The reference; `strain_edges` is F. `local_detail` is not written without folds.
 pub fn bands<T: Real>(
     params: Params,
     (squared_vector_differences, strain_edges): (&[T], u32),

@@ -16,7 +16,8 @@ parameter_block!(
     strain_edges,
     /// N, the rest pose included.
     centers,
-    /// 1 where the first of a vertex's weights is what it has in every frame, and its pivot is the rest pose, 0 where not.
+    /// 1 where a vertex's first weight is a constant of every frame and its pivot is the rest pose; otherwise
+    /// 0.
     zero_at_rest,
 );
 
@@ -36,7 +37,8 @@ impl Params {
     }
 }
 
-/// What the twin reads of a rig: the vertices of the part alone, and each one's influences as the rig has them.
+/// The data of a rig that the reference reads: only the vertices of the part, and the influences of each in
+/// the rig's order.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
     /// K.
@@ -45,14 +47,14 @@ pub struct Buffers<'a, T> {
     pub influence_edges: &'a [u32],
     /// α, V×K.
     pub influence_weights: &'a [T],
-    /// w, V×N, in the form that [`pivoted`] gives them, or b in the first one's place.
+    /// w, V×N, in the form that [`pivoted`] gives them, or with b in the first one's place.
     pub rbf_weights: &'a [[T; 3]],
     /// V indices of centres, as [`pivoted`] chose them, or all 0.
     pub pivots: &'a [u32],
 }
 
-/// Chooses a pivot for each vertex, the centre with the largest weight, and puts the sum of all the vertex's weights in
-/// that one's place. `rbf_weights` is V×N; the sums are rounded once.
+/// Chooses a pivot for each vertex, the centre with the largest weight, and replaces its weight by the sum of
+/// all the vertex's weights. `rbf_weights` is V×N. The sums are rounded once.
 pub fn pivoted<T: Real>(rbf_weights: &[[T; 3]], centers: usize) -> (Vec<[T; 3]>, Vec<u32>) {
     let size = |w: &[T; 3]| w[0].abs().max(w[1].abs()).max(w[2].abs());
     let mut weights = rbf_weights.to_vec();
@@ -104,7 +106,7 @@ pub fn vertex_detail<T: Real>(params: Params, buffers: &Buffers<'_, T>, table: &
     d
 }
 
-/// The twin.
+/// The reference.
 pub fn detail<T: Real>(
     params: Params,
     squared_differences: &[T],

@@ -24,7 +24,7 @@ pub fn table_index(edges: usize, e: usize, j: usize) -> usize {
     (j / CENTERS_AT_ONCE * edges + e) * CENTERS_AT_ONCE + j % CENTERS_AT_ONCE
 }
 
-/// The twin.
+/// The reference.
 pub fn differences<T: Real>(
     params: Params,
     features: &[T],

@@ -23,7 +23,8 @@ impl Params {
     }
 }
 
-/// The columns t, b, n of a tangent frame (method, section 5), from the way to the neighbour that orients it.
+/// The columns t, b, n of a tangent frame (method, section 5), from the vector to the neighbour that orients
+/// it.
 #[inline(always)]
 pub fn tangent_frame<T: Number>(to_neighbor: [T; 3], n: [T; 3]) -> [[T; 3]; 3] {
     let along = vec3::dot(to_neighbor, n);
@@ -37,7 +38,7 @@ pub fn add_detail<T: Number>(large_scale: [T; 3], [t, b, n]: [[T; 3]; 3], d: [T;
     std::array::from_fn(|c| large_scale[c] + (t[c] * d[0] + b[c] * d[1] + n[c] * d[2]))
 }
 
-/// The twin.
+/// The reference.
 pub fn fine_scale<T: Real>(
     params: Params,
     large_scale_positions: &[[T; 3]],

@@ -13,13 +13,15 @@ parameter_block!(
     part_vertices,
     /// H.
     handles,
-    /// 1 where `basis` is stored as fp16, 0 where it is not. The twin has its own type for it and does not look.
+    /// 1 where `basis` is stored as fp16, 0 where it is not. The reference has numbers of its own type and
+    /// ignores this.
     fp16_basis,
     /// 1 where `band_offsets` are added, 0 where there are none.
     banded,
-    /// 1 where the handles turn, and `displacements` has four vectors of each in a frame; 0 where it has one.
+    /// 1 where the handles turn: `displacements` then has four vectors of each handle in a frame. 0 where it
+    /// has one.
     rotating,
-    /// Where the handles turn, the vertex that rest positions are taken from.
+    /// Where the handles turn, the vertex whose rest position is subtracted from the others.
     center,
 );
 
@@ -54,9 +56,10 @@ impl Params {
     }
 }
 
-/// The twin. `basis` has the rows of the part alone; `displacements` is frames × H, or frames × 4 × H; `band_offsets` is frames × V, or
-/// empty.
-// Where the processor's own instructions are chosen, the twin is to be compiled for them: without, a fused multiply-add is a call.
+/// The reference. `basis` has the rows of the part alone; `displacements` is frames × H, or frames × 4 × H;
+/// `band_offsets` is frames × V, or empty.
+// The reference is inlined, so that callers can compile it for the processor's own instructions. Without
+// these, a fused multiply-add is a function call.
 #[inline(always)]
 pub fn large_scale<T: Real>(
     params: Params,
@@ -96,7 +99,8 @@ pub fn large_scale<T: Real>(
     }
 }
 
-/// How far a vertex goes that goes so far `at_center`, where the surface turns: the columns of R − I, and where it is from the centre.
+/// The displacement of a vertex where the surface turns. It comes from the displacement `at_center`, the
+/// columns of R − I, and the vertex's position relative to the centre.
 #[inline(always)]
 pub fn turned<T: Number>(at_center: [T; 3], columns: [[T; 3]; 3], from_center: [T; 3]) -> [T; 3] {
     let mut sum = at_center;

@@ -57,8 +57,9 @@ impl VertexTriangles {
     }
 }
 
-/// The vertices around vertex v, given the triangles at it: the README's `fans`. Each two that follow each other are a triangle with
-/// v, in its order; v itself stands between those that are none.
+/// The vertices around vertex v, given the triangles at it: the README's `fans`. Two consecutive vertices are
+/// a triangle with v, in the triangle's order. Where one fan ends and another begins, v itself stands between
+/// them.
 ///
 /// Triangles that have a vertex twice have no area and are left out.
 pub fn fan(v: u32, triangles: &[[u32; 3]], incident: &[u32]) -> Vec<u32> {
@@ -79,7 +80,7 @@ pub fn fan(v: u32, triangles: &[[u32; 3]], incident: &[u32]) -> Vec<u32> {
     edges.sort_unstable();
     let mut ends: Vec<u32> = edges.iter().map(|edge| edge[1]).collect();
     ends.sort_unstable();
-    // Of the edges that begin at one vertex, the first one says how many have been walked along.
+    // For each vertex, the entry of its first edge counts the edges from this vertex that have been walked.
     let mut walked = vec![0; edges.len()];
     let mut walk = |from: u32| {
         let first = edges.partition_point(|edge| edge[0] < from);
@@ -90,7 +91,7 @@ pub fn fan(v: u32, triangles: &[[u32; 3]], incident: &[u32]) -> Vec<u32> {
         })
     };
     let mut fan = Vec::with_capacity(edges.len() + 1);
-    // Open fans are walked from their beginnings; what is left are closed ones.
+    // Open fans are walked from their beginnings. The fans that remain are closed.
     let begins = edges.iter().map(|edge| edge[0]);
     for begin in begins.clone().filter(|begin| ends.binary_search(begin).is_err()).chain(begins) {
         while let Some(next) = walk(begin) {
@@ -117,7 +118,7 @@ pub fn vertex_normal<T: Real>(positions: &[[T; 3]], triangles: &[[u32; 3]], inci
     vec3::normalize(sum)
 }
 
-/// The twin.
+/// The reference.
 pub fn normals<T: Real>(
     params: Params,
     positions: &[[T; 3]],
@@ -139,7 +140,7 @@ pub fn normals<T: Real>(
 mod tests {
     use super::*;
 
-    /// The triangles at vertex v that a fan has, each from its smallest vertex on, ascending.
+    /// The triangles at vertex v that a fan contains, ascending. Each begins with its smallest vertex.
     fn triangles_of(v: u32, fan: &[u32]) -> Vec<[u32; 3]> {
         let pairs = fan.array_windows().filter(|pair: &&[u32; 2]| !pair.contains(&v));
         sorted(pairs.map(|&[a, b]| [v, a, b]))

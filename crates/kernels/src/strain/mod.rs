@@ -11,7 +11,7 @@ parameter_block!(
     strain_edges,
 );
 
-/// The twin.
+/// The reference.
 pub fn strain<T: Real>(
     params: Params,
     handle_positions: &[[T; 3]],

@@ -14,7 +14,7 @@ parameter_block!(
     centers,
 );
 
-/// What the twin reads of a rig.
+/// The data of a rig that the reference reads.
 #[derive(Debug, Clone, Copy)]
 pub struct Buffers<'a, T> {
     /// F × 2.
@@ -27,7 +27,7 @@ pub struct Buffers<'a, T> {
     pub feature_bounds: &'a [[T; 3]],
 }
 
-/// D of feature `e` of a frame, as far as it is followed, from the H displacements of the handles.
+/// D of feature `e` of a frame, limited to its bounds, from the H displacements of the handles.
 pub fn vector_strain<T: Real>(buffers: &Buffers<'_, T>, u: &[[T; 3]], e: usize) -> [T; 3] {
     let (edges, features) = (buffers.strain_edges.len(), buffers.feature_lengths.len());
     let moved = match buffers.strain_edges.get(e) {
@@ -42,7 +42,7 @@ pub fn vector_strain<T: Real>(buffers: &Buffers<'_, T>, u: &[[T; 3]], e: usize) 
     })
 }
 
-/// The twin. `displacements` is frames × H.
+/// The reference. `displacements` is frames × H.
 pub fn vector_differences<T: Real>(
     params: Params,
     displacements: &[[T; 3]],

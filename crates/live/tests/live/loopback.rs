@@ -1,4 +1,4 @@
-//! Through a socket.
+//! Tests through a socket.
 
 use crate::{frame, labels};
 use rhytid_core::{Error, NoProgress, Progress, RawTake, Take};
@@ -17,7 +17,7 @@ fn receiver(markers: usize) -> Receiver {
     Receiver::bind(any_port(), &labels(markers), &vec![[0.0; 3]; markers]).unwrap()
 }
 
-/// A take of uneven numbers, all of them `f32`'s.
+/// A take of uneven numbers that `f32` represents exactly.
 fn take(frames: usize, markers: usize, rate: f64) -> Take {
     let position =
         |i: usize| [(i as f32).sin(), (i as f32 * 0.7).cos() * 1e-3, i as f32 / 7.0].map(f64::from);
@@ -87,7 +87,7 @@ fn the_newest_frame_is_there_without_waiting() {
         assert!(start.elapsed() < LONG);
     }
     assert_eq!(receiver.counts().frames, 5);
-    // And stays.
+    // The newest frame stays.
     assert_eq!(receiver.newest().unwrap().unwrap().number, 4);
     assert!(receiver.next(Duration::from_millis(5)).unwrap().is_none());
 }

@@ -4,7 +4,7 @@ use crate::frame;
 use proptest::prelude::*;
 use rhytid_live::{Frame, MAX_DATAGRAM, MAX_LABEL};
 
-/// Bytes by OSC 1.0's rules, without the library: text with its zeros.
+/// Bytes by the rules of OSC 1.0, without the library: text with its zeros.
 fn text(s: &str) -> Vec<u8> {
     let mut bytes = s.as_bytes().to_vec();
     bytes.resize(s.len() / 4 * 4 + 4, 0);
@@ -93,7 +93,8 @@ fn what_is_no_frame_is_refused_with_a_reason() {
     refused(&bundle(&[message("/rhytid/frame", &arrays, &[])]), "NUMBER SECONDS");
     let words = message("/rhytid/handle", ",ssss", &[&text("a"), &text("b"), &text("c"), &text("d")]);
     refused(&bundle(&[good[0].clone(), words]), "where a number belongs");
-    // Cut anywhere but behind a message it is none, and there one without what is cut off.
+    // A bundle that is cut after a message is a frame without the rest. A bundle that is cut anywhere else is
+    // none.
     let whole = bundle(&good);
     for end in 0..whole.len() {
         if let Ok(cut) = Frame::decode(&whole[..end]) {

@@ -1,4 +1,4 @@
-//! What becomes of datagrams, on a clock that the test sets.
+//! Handling of datagrams, on a clock that the test sets.
 
 use crate::{frame, labels};
 use rhytid_live::{Counts, FADE, Frame, SILENCE, Stream};
@@ -12,7 +12,7 @@ fn stream(markers: usize) -> Stream {
     Stream::new(&labels(markers), &vec![[9.0; 3]; markers])
 }
 
-/// Gives a frame to the stream as it comes from port 1.
+/// Gives a frame to the stream as if from port 1.
 fn give(stream: &mut Stream, frame: &Frame, arrived: f64) -> bool {
     stream.accept(&frame.encode().unwrap(), from(1), arrived)
 }
@@ -28,7 +28,7 @@ fn frames_that_come_late_or_twice_are_dropped_and_gaps_counted() {
         .map(|(_, number)| number)
         .collect();
     assert_eq!(taken, [0, 1, 4, 5, 6]);
-    // By its number, whatever its time says.
+    // The number decides, and not the time.
     assert!(!give(&mut stream, &frame(5, 0.07, 2), 0.09));
     assert_eq!(stream.counts(), Counts { frames: 5, late: 4, lost: 2, bad: 0 });
     let newest = stream.newest().unwrap();
@@ -46,7 +46,7 @@ fn a_marker_that_is_lost_is_held_and_fades() {
     let mut confidence = |number: i64, seen: &[usize]| {
         assert!(give(&mut stream, &with(number, seen), number as f64 * 0.1));
         let newest = stream.newest().unwrap();
-        // Marker 2 is never seen: at rest, and a guess.
+        // Marker 2 is never seen: it is at rest, with confidence 0.
         assert_eq!((newest.positions[2], newest.confidence[2]), ([9.0; 3], 0.0));
         assert_eq!(newest.confidence[0], 1.0);
         (newest.positions[1][0], newest.confidence[1])
@@ -89,7 +89,7 @@ fn after_a_silence_a_sender_may_begin_anew_and_times_go_on() {
     let newest = stream.newest().unwrap();
     assert_eq!((newest.number, newest.time), (2, 50.0 + SILENCE + 0.5));
     assert_eq!(stream.counts(), Counts { frames: 3, late: 1, lost: 1, bad: 0 });
-    // A slow sender is no new one.
+    // A slow sender is not a new one.
     assert!(stream.accept(&frame(4, 5.0, 1).encode().unwrap(), from(2), again + 5.0));
     assert_eq!(stream.counts().lost, 2);
 }

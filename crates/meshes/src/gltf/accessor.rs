@@ -14,8 +14,8 @@ pub(super) struct Accessors<'a> {
 }
 
 impl Accessors<'_> {
-    /// The elements of accessor `index`, N components each, as the file's numbers mean them (integers marked as
-    /// normalised are divided by their largest value). At most as many as the file has bytes.
+    /// The elements of accessor `index`, N components each, as the file's numbers mean them (integers marked
+    /// as normalised are divided by their largest value). At most as many as the file has bytes.
     pub(super) fn vectors<const N: usize>(&self, index: usize) -> Result<Vec<[f64; N]>> {
         let accessor = self.accessor(index)?;
         let expected = match N {

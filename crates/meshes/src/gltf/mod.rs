@@ -1,5 +1,5 @@
-//! glTF 2.0, as GLB or JSON. The `gltf` crate splits and parses; what it would only read after a validation that
-//! does not look at buffers is read here (`accessor`), since its own iterators panic on wrong ranges.
+//! glTF 2.0, as GLB or JSON. The `gltf` crate splits and parses the file. Its own iterators panic on wrong
+//! ranges, and its validation does not look at buffers. So the numbers are read here (`accessor`).
 
 mod accessor;
 mod buffers;
@@ -40,7 +40,7 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     Ok((root, buffers))
 }
 
-/// The crate subtracts from a GLB's length before it looks whether it can.
+/// The crate subtracts from a GLB's length before it checks that it can.
 fn check_glb_length(bytes: &[u8], name: &str) -> Result<()> {
     if !bytes.starts_with(b"glTF") {
         return Ok(());

@@ -88,7 +88,7 @@ impl Reader<'_> {
         let Some(mesh) = self.accessors.root.meshes.get(index) else {
             return self.fail(format!("mesh {index} does not exist; the file is damaged"));
         };
-        // A skin places its mesh by joints alone; what is stored is the mesh as it was bound to them.
+        // A skin places its mesh by joints alone. The stored mesh is the one that was bound to them.
         let transform = if node.skin.is_some() { DMat4::IDENTITY } else { transform };
         let mut begin = Begin::default();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
@@ -215,8 +215,8 @@ impl Reader<'_> {
         Ok(first)
     }
 
-    /// A few bytes can place one mesh a million times, or let a million accessors share the same bytes. A real
-    /// face has less vertices than its file has bytes, and about six corners for each.
+    /// A few bytes can place a mesh a million times, or let a million accessors share the same bytes. A real
+    /// face has fewer vertices than its file has bytes, and about six corners for each vertex.
     fn within_reason(&self, vertices: usize, corners: usize) -> Result<()> {
         let bytes = self.accessors.buffers.total;
         let limit = bytes.saturating_add(1 << 16).min(u64::from(u32::MAX));

@@ -1,5 +1,5 @@
-//! PLY: ASCII and both binaries. An own reader: the crates there are know no line or element numbers to speak
-//! of, and refuse ASCII numbers such as `.5`, `1.` or `nan`.
+//! PLY: ASCII and both binary forms. The existing crates give no useful line or element numbers, and refuse
+//! ASCII numbers such as `.5`, `1.` or `nan`. So this is a reader of its own.
 
 mod header;
 mod values;
@@ -157,7 +157,7 @@ fn read_faces(
 }
 
 fn skip(values: &mut Values<'_>, element: &Element) -> Result<()> {
-    // Without properties nothing is stored, whatever the count says.
+    // An element without properties stores nothing, for any count.
     let stored = if element.properties.is_empty() { 0 } else { element.count };
     for i in 0..stored {
         values.begin(element, i)?;
@@ -174,7 +174,7 @@ fn skip(values: &mut Values<'_>, element: &Element) -> Result<()> {
     Ok(())
 }
 
-/// The numbers of all vertices, by property, in the file's order: a 255th of them where they are unsigned bytes.
+/// The numbers of all vertices, by property, in the order of the file. Unsigned bytes are divided by 255.
 pub(super) fn scalars(bytes: &[u8], name: &str) -> Result<Vec<(String, Vec<f64>)>> {
     let header = Header::parse(bytes, name)?;
     let mut values = Values::new(bytes, &header, name);

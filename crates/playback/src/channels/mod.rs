@@ -1,4 +1,5 @@
-//! The channels of a frame: those that the stages give, and those that are computed of it here, each kind in one place.
+//! The channels of a frame: the stages give some, and this module computes the others, each kind in one
+//! place.
 
 mod uncertainty;
 mod wrinkles;
@@ -10,9 +11,9 @@ use rhytid_formats::export::{Frame, Recipe};
 use rhytid_geometry::{PrincipalStrains, StrainGauge};
 use wrinkles::WrinkleActivations;
 
-/// What the stages give of a frame.
-pub(crate) struct Given<'f> {
-    /// Its number in the take that is played.
+/// The results of the stages for a frame.
+pub(crate) struct EvaluatedFrame<'f> {
+    /// The frame's number in the take that is played.
     pub number: usize,
     /// H positions.
     pub pose: &'f [[f32; 3]],
@@ -24,10 +25,11 @@ pub(crate) struct Given<'f> {
     pub velocities: &'f [[f32; 3]],
 }
 
-/// The channels that frames of this recipe have beside their positions.
+/// The channels that frames of this recipe have in addition to positions.
 ///
 /// # Errors
-/// [`Error::Input`] if it asks for wrinkles and the rig has no examples, or a group names one that it does not have, or one that another group has.
+/// [`Error::Input`] if the recipe asks for wrinkles and the rig has no examples, or if a group names an
+/// unknown example or an example of another group.
 pub fn of_recipe(rig: &Rig, recipe: &Recipe) -> Result<Vec<Channel>> {
     let names = match recipe.has(ChannelKind::Wrinkles) {
         true => wrinkles::names(rig, &recipe.wrinkle_groups)?,
@@ -36,7 +38,7 @@ pub fn of_recipe(rig: &Rig, recipe: &Recipe) -> Result<Vec<Channel>> {
     Ok(recipe.channels.kinds().flat_map(|kind| kind.channels(&names)).collect())
 }
 
-/// What computes one kind of channels.
+/// The computation of one kind of channels.
 enum Source {
     Normals,
     Velocities,
@@ -46,7 +48,7 @@ enum Source {
 }
 
 impl Source {
-    /// Of a take with these frames × H handle positions.
+    /// For a take with these frames × H handle positions.
     fn new(kind: ChannelKind, rig: &Rig, recipe: &Recipe, handles: &[f32]) -> Result<Self> {
         Ok(match kind {
             ChannelKind::Normals => Self::Normals,
@@ -67,7 +69,7 @@ impl Source {
         })
     }
 
-    fn compute(&mut self, rig: &Rig, given: &Given<'_>) {
+    fn compute(&mut self, rig: &Rig, given: &EvaluatedFrame<'_>) {
         match self {
             Self::Normals | Self::Velocities => {}
             Self::Sigma { uncertainty, sigma } => uncertainty.sigma(given.number, sigma),
@@ -76,8 +78,8 @@ impl Source {
         }
     }
 
-    /// The numbers of each of its channels, in the order of [`ChannelKind::channels`].
-    fn numbers<'f>(&'f self, given: &Given<'f>) -> Vec<&'f [f32]> {
+    /// The numbers of each channel of this kind, in the order of [`ChannelKind::channels`].
+    fn numbers<'f>(&'f self, given: &EvaluatedFrame<'f>) -> Vec<&'f [f32]> {
         match self {
             Self::Normals => vec![given.normals.as_flattened()],
             Self::Velocities => vec![given.velocities.as_flattened()],
@@ -92,7 +94,7 @@ impl Source {
     }
 }
 
-/// What computes the channels of a recipe's frames, one after the other.
+/// The computation of the channels of a recipe's frames, one after the other.
 pub(crate) struct ChannelSources<'a> {
     rig: &'a Rig,
     channels: Vec<Channel>,
@@ -100,17 +102,17 @@ pub(crate) struct ChannelSources<'a> {
 }
 
 impl<'a> ChannelSources<'a> {
-    /// Of a take with these frames × H handle positions.
+    /// For a take with these frames × H handle positions.
     ///
     /// # Errors
-    /// [`Error::Input`] if the rig does not know what a channel says, or a group names an example that it does not have.
+    /// [`Error::Input`] if the rig has no data for a channel, or if a group names an unknown example.
     pub(crate) fn new(rig: &'a Rig, recipe: &Recipe, handles: &[f32]) -> Result<Self> {
         let sources = recipe.channels.kinds().map(|kind| Source::new(kind, rig, recipe, handles));
         Ok(Self { rig, channels: of_recipe(rig, recipe)?, sources: sources.collect::<Result<_>>()? })
     }
 
     /// The frame with all of its channels.
-    pub(crate) fn frame<'f>(&'f mut self, given: &Given<'f>) -> Frame<'f> {
+    pub(crate) fn frame<'f>(&'f mut self, given: &EvaluatedFrame<'f>) -> Frame<'f> {
         self.sources.iter_mut().for_each(|source| source.compute(self.rig, given));
         let numbers = self.sources.iter().flat_map(|source| source.numbers(given));
         let positions = Frame::new(given.positions.as_flattened());

@@ -1,4 +1,5 @@
-//! How uncertain every vertex of a take's frames is: that of a few hundred, spread over the others.
+//! The uncertainty of every vertex in a take's frames: it is computed at a few hundred and interpolated
+//! between.
 
 use rhytid_core::{HandleId, Result, Rig, Table, VertexId};
 use rhytid_solve::{Confidence, FAR};
@@ -7,25 +8,27 @@ use std::collections::HashMap;
 /// Vertices whose confidence is computed.
 const SAMPLES: usize = 600;
 
-/// Of those, how many a vertex takes its own from.
+/// The number of samples that a vertex's uncertainty is interpolated from.
 const NEAREST: usize = 4;
 
-/// σ of a take on a rig of the learned method, relative to that of an example that is left out.
+/// σ of a take on a rig of the learned method, relative to the σ of a left-out example.
 pub(crate) struct Uncertainty {
-    /// frames × S, relative to an example that is left out at the sample.
+    /// frames × S: σ relative to the σ of a left-out example at the sample.
     samples: Table<f32>,
-    /// Of each sample, what makes that relative to an example that is left out there or over the whole face, whichever is more: 0..1.
+    /// S factors, from 0 to 1. Times this factor, a number of `samples` is relative to the larger of two σ of
+    /// a left-out example: at the sample, and over the whole face.
     significance: Vec<f32>,
-    /// σ of an example that is left out, over the whole face, in mesh units.
+    /// σ of a left-out example over the whole face, in mesh units.
     typical: f32,
-    /// σ of an example that is left out, V in mesh units.
+    /// V: σ of a left-out example, in mesh units.
     left_out: Vec<f32>,
     /// V × [`NEAREST`] samples, and their weights, whose sum is 1.
     nearest: Vec<[(u32, f32); NEAREST]>,
 }
 
 impl Uncertainty {
-    /// Of frames × H handle positions; `None` where the rig does not know.
+    /// The uncertainty of frames × H handle positions. `None` where the rig has no learned method or no
+    /// examples.
     ///
     /// # Errors
     /// As [`Confidence::new`].
@@ -71,14 +74,16 @@ impl Uncertainty {
         Ok(Some(uncertainty))
     }
 
-    /// Whether some place of a frame is far from the examples.
+    /// Whether a frame is far from the examples at any sample.
     pub(crate) fn is_far(&self, frame: usize) -> bool {
         let samples = self.samples(frame).iter().zip(&self.significance);
         samples.into_iter().any(|(n, significance)| f64::from(n * significance) > FAR)
     }
 
-    /// How many times as uncertain as for an example that is left out, there or over the whole face, vertex `v` is, given
-    /// [`Uncertainty::samples`].
+    /// The uncertainty of vertex `v`, given the frame's [`Uncertainty::samples`].
+    ///
+    /// It is a multiple of σ of a left-out example: the larger of that at the vertex and that over the whole
+    /// face.
     pub(crate) fn times(&self, v: usize, samples: &[f32]) -> f64 {
         f64::from(self.at(v, samples) * significance(self.left_out[v], self.typical))
     }
@@ -88,14 +93,14 @@ impl Uncertainty {
         self.samples.row(frame)
     }
 
-    /// Replaces `sigma` by σ of a frame, V in mesh units.
+    /// Replaces `sigma` by the frame's σ: V, in mesh units.
     pub(crate) fn sigma(&self, frame: usize, sigma: &mut Vec<f32>) {
         let samples = self.samples(frame);
         sigma.clear();
         sigma.extend(self.left_out.iter().enumerate().map(|(v, left_out)| left_out * self.at(v, samples)));
     }
 
-    /// That of a vertex, given [`Uncertainty::samples`].
+    /// The interpolated number of a vertex, given [`Uncertainty::samples`].
     fn at(&self, v: usize, samples: &[f32]) -> f32 {
         self.nearest[v].iter().map(|&(sample, weight)| weight * samples[sample as usize]).sum()
     }
@@ -105,16 +110,18 @@ fn significance(left_out: f32, typical: f32) -> f32 {
     if left_out > 0.0 { left_out / left_out.max(typical) } else { 0.0 }
 }
 
-/// The samples that are near to each vertex, and listen to a handle that it listens to: lips and lids do not take from each other
-/// across their opening.
+/// The nearest samples of each vertex, with their weights.
+///
+/// Only samples that share an anchor with the vertex count. So lips and lids do not take values across their
+/// opening.
 fn nearest(rig: &Rig, samples: &[VertexId]) -> Vec<[(u32, f32); NEAREST]> {
     let anchors = |v: usize| {
         let anchors = rig.learned().into_iter().flat_map(move |learned| learned.anchors_of(v));
         anchors.filter(|(_, weight)| *weight > 0.0)
     };
-    // The samples by the handle that each listens to most.
+    // The samples, grouped by the handle that is each one's strongest anchor.
     let mut by_handle: HashMap<HandleId, Vec<u32>> = HashMap::new();
-    // One that stays says nothing of its neighbours.
+    // A sample that never moves says nothing about its neighbours.
     let moves = |v: &VertexId| rig.learned().is_some_and(|learned| learned.variances[v.index()] > 0.0);
     for (i, &v) in samples.iter().enumerate().filter(|(_, v)| moves(v)) {
         if let Some((handle, _)) = anchors(v.index()).max_by(|a, b| a.1.total_cmp(&b.1)) {
@@ -133,7 +140,7 @@ fn nearest(rig: &Rig, samples: &[VertexId]) -> Vec<[(u32, f32); NEAREST]> {
         }
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.truncate(NEAREST);
-        // Of the mesh's own size, so that a sample has its own number.
+        // Distances are relative to the closest sample's, so that a sample vertex keeps its own number.
         let closest = near.first().map_or(0.0, |near| near.0).max(f32::MIN_POSITIVE);
         let weight = |square: f32| closest / square.max(f32::MIN_POSITIVE);
         let sum: f32 = near.iter().map(|near| weight(near.0)).sum();

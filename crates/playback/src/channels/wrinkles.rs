@@ -1,4 +1,4 @@
-//! Wrinkle activation: how far the folds of each example are switched on (`docs/wrinkles.md`).
+//! Wrinkle activation: how strongly the folds of each example are switched on (`docs/wrinkles.md`).
 
 use rayon::prelude::*;
 use rhytid_core::{Error, InputErrorKind, Result, Rig, Table};
@@ -6,54 +6,63 @@ use rhytid_formats::export::WrinkleGroups;
 use rhytid_kernels::vec3;
 use std::sync::Arc;
 
-/// μ where the rig does not say one: by the chapter's method.
+/// μ where the rig has none, as with the chapter's method.
 const RIDGE: f64 = 1e-3;
 
-/// Where an example strains the skin by less than the first of these, it is not switched on, and from the second on it counts in full: parts of
-/// what it does where it does most.
+/// Where an example starts to count and where it counts in full.
+///
+/// Both are parts of the example's largest strain of the skin. Below the first, the example is not switched
+/// on. From the second on, it counts in full.
 const COUNTS: [f64; 2] = [0.02, 0.1];
 
-/// The part of the vertices that an example strains less than where it does most: a few slivers do not say how far.
+/// The quantile of an example's strains over the vertices that stands for its largest strain. A few slivers
+/// with extreme strains are left out.
 const MOST: f64 = 0.995;
 
-/// How far the folds of examples, or of groups of them, are switched on at each vertex.
+/// How strongly the folds of examples, or of groups of examples, are switched on at each vertex.
 ///
-/// The folds of vertex v are `Σ_p a_p d_p`, where d_p is what the vertex has of them in example p and `a = (G + μ tr G/P · I)⁻¹ k`. There
-/// `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖` and `k_p = ‖f‖ + ‖p‖ − ‖f − p‖`, with the distances of strains as the vertex sees them: the kernel that the folds are learned
-/// with. So a_p is 1 where the frame is example p, and 0 at rest and where it is another one. Where an example hardly strains the skin that
-/// says little, and changes from vertex to vertex: the activation is a_p times what goes smoothly from 0 to 1 between the two of [`COUNTS`], or
-/// the sum over a group, within 0 and 1. A vertex that no strain edge drives has no folds and no activations.
+/// The folds of vertex v are `Σ_p a_p d_p`, where d_p are the vertex's folds in example p and
+/// `a = (G + μ tr G/P · I)⁻¹ k`. There `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖` and `k_p = ‖f‖ + ‖p‖ − ‖f − p‖`. The
+/// norms are distances of the strains that influence the vertex, as in the kernel that the folds are learned
+/// with. So a_p is 1 where the frame is example p, and 0 at rest and at another example.
+///
+/// Where an example hardly strains the skin, a_p is unreliable and changes from vertex to vertex. So a_p is
+/// multiplied by a smooth step from 0 to 1 between the two bounds of [`COUNTS`]. The activation of a channel
+/// is this product, or its sum over a group, clamped to 0..1. A vertex that no strain edge drives has no
+/// folds and no activations.
 pub(crate) struct WrinkleActivations {
-    /// What the norms are of: vectors, or strains as vectors along x.
+    /// The features of the norms: vector strains, or strains as vectors along x.
     features: Features,
-    /// Of each example, features × 3, in the rig's order.
+    /// The features of each example, features × 3, in the rig's order.
     examples: Arc<[Vec<[f64; 3]>]>,
-    /// Per vertex the features that it listens to, with their weights: begins, then entries.
+    /// Where each vertex's entries of `listens` begin. An entry is a feature that influences the vertex, with
+    /// its weight.
     begins: Vec<u32>,
     listens: Vec<(u32, f32)>,
     /// V × P: ‖p‖.
     lengths: Table<f64>,
-    /// V × P: how far an example counts, from 0 to 1.
+    /// V × P: how much an example counts, from 0 to 1.
     counts: Table<f64>,
     /// V × P(P + 1)/2: the Cholesky factor of G + μ tr G/P · I, row by row; 0 where there are no folds.
     factors: Table<f64>,
-    /// For each example its channel, if it is in one.
+    /// The channel of each example, if it is in one.
     channels: Vec<Option<usize>>,
     /// Channels × V.
     activations: Vec<Vec<f32>>,
 }
 
-/// The strains that distances are of.
+/// The strains that distances are computed from.
 #[derive(Clone, Copy, PartialEq)]
 enum Features {
     Vectors,
     Lengths,
 }
 
-/// The names of the channels: the groups', or else those of all examples.
+/// The names of the channels: the groups, or all examples where there is no group.
 ///
 /// # Errors
-/// [`Error::Input`] if the rig has no examples, or a group names one that it does not have, or one that another group has.
+/// [`Error::Input`] if the rig has no examples, or if a group names an unknown example or an example of
+/// another group.
 pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
     if rig.examples().names.is_empty() {
         return Err(Error::rig_lacks("the rig has no examples, whose wrinkles could be switched on"));
@@ -83,14 +92,14 @@ pub(crate) fn names(rig: &Rig, groups: &WrinkleGroups) -> Result<Vec<String>> {
 }
 
 impl Features {
-    /// Those of a pose of H handle positions.
-    fn of(self, rig: &Rig, pose: &[[f32; 3]]) -> Vec<[f64; 3]> {
+    /// The features of a pose of H handle positions.
+    fn at_pose(self, rig: &Rig, pose: &[[f32; 3]]) -> Vec<[f64; 3]> {
         match self {
             Self::Lengths => {
                 rig.handles().strains(pose).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect()
             }
             Self::Vectors => {
-                // No farther than the device follows them.
+                // The device clamps them to the same bounds.
                 let bounds = rig.feature_bounds();
                 let (least, most) = (bounds.row(0), bounds.row(1));
                 let clamped = |(e, d): (usize, [f64; 3])| {
@@ -101,10 +110,10 @@ impl Features {
         }
     }
 
-    /// What a vertex listens to.
+    /// The features that influence a vertex, with their weights.
     fn listens_to(self, rig: &Rig, v: usize) -> Vec<(u32, f32)> {
         let of_edges = || {
-            rig.influences().of(v).map(|(edge, weight)| (edge.0, weight)).filter(|(_, weight)| *weight > 0.0)
+            rig.influences().at(v).map(|(edge, weight)| (edge.0, weight)).filter(|(_, weight)| *weight > 0.0)
         };
         match self {
             _ if of_edges().next().is_none() => Vec::new(),
@@ -128,7 +137,7 @@ impl WrinkleActivations {
         };
         let features = if rig.vector_folds() { Features::Vectors } else { Features::Lengths };
         let examples: Arc<[Vec<[f64; 3]>]> =
-            rig.examples().handles.rows().map(|pose| features.of(rig, pose)).collect();
+            rig.examples().handles.rows().map(|pose| features.at_pose(rig, pose)).collect();
         let (mut begins, mut listens) = (vec![0], Vec::new());
         for v in 0..rig.vertices() {
             listens.extend(features.listens_to(rig, v));
@@ -152,7 +161,7 @@ impl WrinkleActivations {
         Ok(activations)
     }
 
-    /// Finds how far each example counts at each vertex.
+    /// Finds how much each example counts at each vertex.
     fn count(&mut self) {
         let examples = self.examples.len();
         let most = |p: usize| {
@@ -205,7 +214,7 @@ impl WrinkleActivations {
 
     /// a of each vertex, V × P, in a frame with these H handle positions.
     fn solve(&self, rig: &Rig, pose: &[[f32; 3]]) -> Vec<Vec<f64>> {
-        let frame = self.features.of(rig, pose);
+        let frame = self.features.at_pose(rig, pose);
         let rest = vec![[0.0; 3]; frame.len()];
         let count = self.examples.len();
         let of_vertex = |v: usize| {
@@ -243,7 +252,7 @@ impl WrinkleActivations {
     }
 }
 
-/// The distance of two poses, as a vertex sees them.
+/// The distance of two poses, from the features that influence a vertex.
 fn apart(listens: &[(u32, f32)], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let square = |&(feature, weight): &(u32, f32)| {
         let off = vec3::sub(a[feature as usize], b[feature as usize]);
@@ -252,7 +261,8 @@ fn apart(listens: &[(u32, f32)], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     listens.iter().map(square).sum::<f64>().sqrt()
 }
 
-/// In place, of the lower triangle row by row; all 0 where it is not positive definite.
+/// The Cholesky factor, in place of a matrix whose lower triangle is stored row by row. All 0 where the
+/// matrix is not positive definite.
 fn cholesky(matrix: &mut [f64], n: usize) {
     let row = |i: usize| i * (i + 1) / 2;
     for i in 0..n {
@@ -268,7 +278,7 @@ fn cholesky(matrix: &mut [f64], n: usize) {
     }
 }
 
-/// `L Lᵀ x = b`, in place of b.
+/// Solves `L Lᵀ x = b`, in place of b.
 fn solve(factor: &[f64], x: &mut [f64]) {
     let row = |i: usize| i * (i + 1) / 2;
     let n = x.len();
@@ -287,7 +297,8 @@ mod tests {
     use super::*;
     use rhytid_core::NoProgress;
 
-    /// All examples' folds, each times its activation, are the vertex's folds: those that `explain` has, which no line here makes.
+    /// The sum of all examples' folds, each times its activation, is the folds of the vertex. `explain` gives
+    /// the folds to compare with and shares no code with this module.
     #[test]
     fn folds_are_the_examples_times_their_activations() {
         let face = rhytid_demo::face(1_500);
@@ -303,7 +314,7 @@ mod tests {
             for (v, a) in all.iter().enumerate().step_by(7) {
                 let fold = |pose| rig.explain(v, pose).unwrap().fold();
                 let found = fold(pose);
-                // What the ridge takes off the examples: (G + μI) w = d, and G w is what they give back.
+                // The ridge makes examples smaller: (G + μI) w = d, and the rig reproduces G w.
                 let ridge = rig.learned().unwrap().fold_ridge;
                 let trace: f64 = 2.0 * wrinkles.lengths.row(v).iter().sum::<f64>();
                 let row = &rig.fine_scale().rbf_weights.row(v)[1..];

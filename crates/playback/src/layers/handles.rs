@@ -1,4 +1,4 @@
-//! What edits do to the handles.
+//! Edits of the handles.
 
 use super::{Layers, time_of};
 use crate::EditedTake;
@@ -6,11 +6,11 @@ use rhytid_core::{Error, Result, Rig, Take};
 use rhytid_formats::edits::{Added, Curve, Ease, Hold};
 use std::ops::Range;
 
-/// Another take's displacements, which are added.
+/// The displacements of another take, which are added.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AddedTake {
     take: Take,
-    /// For each of the rig's H handles the other take's column, where it has one.
+    /// For each of the rig's H handles its column in the other take, if it has one.
     columns: Vec<Option<usize>>,
     /// H, from 0 to 1.
     weights: Vec<f64>,
@@ -40,7 +40,7 @@ impl AddedTake {
         Ok(Self { columns, weights, frame: added.frame, amount: added.amount.clone(), take })
     }
 
-    /// Between which two of its frames a time since its first one is.
+    /// The two frames of the other take around a time, which counts from its first frame.
     fn place(&self, since: f64) -> Between {
         let time = self.take.times[0] + since;
         let next = self.take.times.partition_point(|at| *at <= time);
@@ -64,14 +64,14 @@ impl AddedTake {
 struct Between {
     before: usize,
     next: usize,
-    /// How far it is on the way, from 0 to 1.
+    /// The position between the two frames, from 0 to 1.
     part: f64,
 }
 
 /// [`Layers::edit`].
 pub(super) fn edit(layers: &Layers, before: Take, rig: &Rig) -> Result<EditedTake> {
     let mut take = before.clone();
-    // So that what is missing is said once.
+    // One frame is enough to report missing handles.
     take.slice(0..take.frames().min(1)).handle_positions(&rig.handles().labels)?;
     let column = |label: &String| take.labels.iter().position(|other| other == label).unwrap_or_default();
     let columns: Vec<usize> = rig.handles().labels.iter().map(column).collect();
@@ -120,7 +120,7 @@ fn factors<'a>(gains: impl Iterator<Item = (&'a Vec<f64>, f64)>) -> Option<Vec<f
     factors
 }
 
-/// Keeps handles where they are in one frame, and goes over before and behind.
+/// Keeps handles where they are in one frame. Before and after the held frames, the handles ease in and out.
 fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
     let Hold { frames: Range { start: first, end }, at, ease, .. } = held.hold;
     let at = at.unwrap_or(first);
@@ -133,9 +133,9 @@ fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
     }
     let still: Vec<[f64; 3]> = columns.iter().map(|column| take.positions[at * markers + column]).collect();
     for frame in first.saturating_sub(ease)..(end + ease).min(frames) {
-        // How many frames it is outside, of the ease and one more, where it would be 0.
+        // The number of frames outside the held ones. The amount would be 0 at one frame more than the ease.
         let outside = first.saturating_sub(frame).max((frame + 1).saturating_sub(end));
-        let amount = Ease::Smooth.of(1.0 - outside as f64 / (ease + 1) as f64);
+        let amount = Ease::Smooth.at(1.0 - outside as f64 / (ease + 1) as f64);
         for ((&column, still), weight) in columns.iter().zip(&still).zip(&held.weights) {
             let x = &mut take.positions[frame * markers + column];
             match amount * weight {

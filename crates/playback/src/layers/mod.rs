@@ -1,4 +1,5 @@
-//! Layers on a take: edits, resolved on a rig and applied. Rig and take stay as they are.
+//! Layers on a take: edits that are resolved on a rig and applied. The rig and the take themselves stay as
+//! they are.
 
 mod handles;
 mod on_frames;
@@ -16,23 +17,23 @@ use rhytid_formats::take::{self, Missing};
 use rhytid_formats::{Reach, mesh, named_file};
 use std::path::{Path, PathBuf};
 
-/// What a file of edits does to takes of a rig ([`edits::Edits`] has the formula).
+/// The effects of a file of edits on takes of a rig ([`edits::Edits`] has the formula).
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Layers {
     /// The file, for messages.
     path: PathBuf,
     /// Its text.
     text: String,
-    /// Of the text and of the files that it names.
+    /// The hash of the text and of the files that it names.
     hash: String,
-    /// Displacements from rest are multiplied: H weights, from 0 to 1, and the gain.
+    /// Gains of the displacements from rest: H weights, from 0 to 1, and the gain over time.
     gains: Vec<(Vec<f64>, Curve)>,
-    /// Handles are moved: H vectors in mesh units, and what they are multiplied by.
+    /// Offsets of handles: H vectors in mesh units, and the factor over time.
     offsets: Vec<(Vec<[f64; 3]>, Curve)>,
     added: Vec<AddedTake>,
     holds: Vec<Held>,
     corrections: Vec<Sculpt>,
-    /// Folds are multiplied: V weights, from 0 to 1, and the gain.
+    /// Gains of the folds: V weights, from 0 to 1, and the gain over time.
     details: Vec<(Vec<f32>, Curve)>,
 }
 
@@ -40,7 +41,8 @@ impl Layers {
     /// Reads a file of edits and all that it names within `reach`.
     ///
     /// # Errors
-    /// As [`edits::read`]; [`rhytid_core::Error::Input`] for a region or a marker that the rig does not have, and as of reading takes and meshes.
+    /// As [`edits::read`], and as reading takes and meshes. [`rhytid_core::Error::Input`] for a region or a
+    /// marker that the rig does not have.
     pub fn read(path: &Path, rig: &Rig, reach: Reach) -> Result<Self> {
         let (edits, text) = edits::read(path)?;
         let mut hash = blake3::Hasher::new();
@@ -93,22 +95,23 @@ impl Layers {
         Ok(layers)
     }
 
-    /// The file's text, as exports carry it.
+    /// The file's text, which exports contain.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// The file that they were read from.
+    /// The file of the edits.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What tells these edits from others: of the text, and of all that is in the files that it names.
+    /// A hash of the edits: of the text, and of the contents of all files that it names.
     pub fn hash(&self) -> &str {
         &self.hash
     }
 
-    /// The take with its handles edited, and as it was before. Frames and markers that no edit is about keep every bit.
+    /// The take with its handles edited, together with the take before the edits. Frames and markers without
+    /// edits keep every bit.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the take lacks handles, or a frame that is held.
@@ -116,8 +119,10 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
-    /// The rig that they were read for with its own folds multiplied by those gains that are the same in all frames, which these layers are without from
-    /// then on: in the rig they cost nothing.
+    /// The rig with its own folds multiplied by those gains that are the same in all frames.
+    ///
+    /// `rig` is the rig that the layers were read for. The layers lose these gains, which cost nothing in the
+    /// rig.
     ///
     /// # Errors
     /// As [`Rig::scale_folds`].
@@ -132,12 +137,12 @@ impl Layers {
         rig.scale_folds(|v| factors[v])
     }
 
-    /// What was sculpted.
+    /// The sculpted frames.
     pub(crate) fn sculpted(&self) -> &[Sculpt] {
         &self.corrections
     }
 
-    /// By how much folds are multiplied in the take that is edited.
+    /// The gains of folds, over the time of the take that is edited.
     pub(crate) fn vertex_gains(&self, take: &Take) -> Vec<VertexGain> {
         let timed = |(weights, by): &(Vec<f32>, Curve)| VertexGain::new(weights, timed(take, by));
         self.details.iter().map(timed).collect()
@@ -154,13 +159,13 @@ pub(crate) struct Sculpt {
     pub correction: edits::Correction,
 }
 
-/// A curve over a take's frames as one over its time.
+/// A curve over a take's frames, as a curve over the take's time.
 pub(crate) fn timed(take: &Take, curve: &Curve) -> Curve {
     let keys = curve.keys.iter().map(|&(frame, value)| (time_of(take, frame), value)).collect();
     Curve { keys, ease: curve.ease }
 }
 
-/// The time of a frame, which may be between two, or beyond the take's ends.
+/// The time of a frame number, which may lie between two frames or beyond the take's ends.
 fn time_of(take: &Take, frame: f64) -> f64 {
     let last = take.frames().saturating_sub(1);
     let whole = frame.clamp(0.0, last as f64);

@@ -1,4 +1,4 @@
-//! What layers do to frames, one frame at a time: for programs that evaluate frames themselves.
+//! The effects of layers on single frames, for programs that evaluate frames themselves.
 
 use super::Layers;
 use crate::edit_falloff::EditFalloff;
@@ -7,8 +7,11 @@ use crate::{Correction, EditedTake, Playback};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig};
 use rhytid_kernels::normals::VertexTriangles;
 
-/// What layers do to frames beside editing the take's handles: first [`FrameEdits::fold`], of the frame with and without the edits of its handles where
-/// these have a falloff; then [`FrameEdits::blend`] of the two, and last [`FrameEdits::correct`].
+/// The effects of layers on frames, beside the edits of the take's handles.
+///
+/// Apply [`FrameEdits::fold`] first. Where edits of handles have a falloff, apply it to the frame with these
+/// edits and to the frame without them. Then [`FrameEdits::blend`] the two frames, and
+/// [`FrameEdits::correct`] the result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameEdits {
     gains: Vec<VertexGain>,
@@ -41,7 +44,8 @@ impl FrameEdits {
         !self.corrections.is_empty() || self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
-    /// Multiplies the folds of 3V positions, from those of the large scale; whether any gain is not 1.
+    /// Multiplies the folds of 3V positions, given those of the large scale. The result is whether any gain
+    /// is not 1.
     pub fn fold(&self, time: f64, large_scale: &[f32], positions: &mut [f32]) -> bool {
         let (positions, _) = positions.as_chunks_mut::<3>();
         let (smooth, _) = large_scale.as_chunks::<3>();
@@ -53,12 +57,14 @@ impl FrameEdits {
         self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
-    /// Whether edits of handles have a falloff, so that there are vertices where the face stays as it is without them.
+    /// Whether edits of handles have a falloff. If so, some vertices stay as they are without the edits.
     pub fn has_falloff(&self) -> bool {
         self.falloff.is_some()
     }
 
-    /// From V positions and normals without the edits of handles and those with them to what is shown, in place of the latter.
+    /// Blends V positions and normals without the edits of handles into those with the edits, by the falloff.
+    ///
+    /// The result replaces `with_positions` and `with_normals`.
     pub fn blend(
         &self,
         rig: &Rig,
@@ -73,8 +79,8 @@ impl FrameEdits {
         }
     }
 
-    /// Adds what was sculpted to V positions of the frame at `time`, in seconds, and updates their normals, as
-    /// [`Correction::apply`] does. `handles` are the frame's H positions.
+    /// Adds the sculpted corrections to V positions of the frame at `time`, in seconds, and updates their
+    /// normals, as [`Correction::apply`] does. `handles` are the frame's H positions.
     pub fn correct(
         &self,
         rig: &Rig,

@@ -1,4 +1,4 @@
-//! Regions of edits on a rig: how much of each handle and of each vertex they are.
+//! Regions of edits on a rig, as weights of handles and of vertices.
 
 use crate::fade::of_vertices;
 use crate::regions::region_of;
@@ -8,17 +8,17 @@ use rhytid_formats::mesh;
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-/// Regions that are read once. Where their files are was looked at before.
+/// Regions, each of which is read once. The caller has checked where their files are.
 pub(super) struct Regions<'a> {
     path: &'a Path,
     edits: &'a Edits,
     rig: &'a Rig,
-    /// The rig's.
+    /// The rig's rest pose.
     rest: &'a Mesh,
     known: HashMap<String, Parts>,
 }
 
-/// How much of the face a region is.
+/// The weights of a region.
 #[derive(Clone)]
 enum Parts {
     /// H, from 0 to 1.
@@ -32,7 +32,8 @@ impl<'a> Regions<'a> {
         Self { path, edits, rig, rest, known: HashMap::new() }
     }
 
-    /// H weights; all of them 1 where no region is named. Of a region of vertices a handle has its vertex's.
+    /// H weights; all of them 1 where no region is named. In a region of vertices, a handle has the weight of
+    /// its vertex.
     pub(super) fn handles(&mut self, name: Option<&str>) -> Result<Vec<f64>> {
         let rig = self.rig;
         Ok(match name.map(|name| self.parts(name)).transpose()? {
@@ -44,8 +45,8 @@ impl<'a> Regions<'a> {
         })
     }
 
-    /// V weights; all of them 1 where no region is named. Of a region of handles a vertex has the mean of those of the handles that drive
-    /// its folds.
+    /// V weights; all of them 1 where no region is named. In a region of handles, a vertex has the mean
+    /// weight of the handles that drive its folds.
     pub(super) fn vertices(&mut self, name: Option<&str>) -> Result<Vec<f32>> {
         let rig = self.rig;
         Ok(match name.map(|name| self.parts(name)).transpose()? {
@@ -55,7 +56,7 @@ impl<'a> Regions<'a> {
         })
     }
 
-    /// H vectors of handles that are named one by one, 0 for the others.
+    /// H vectors, given by the labels of handles; 0 for the other handles.
     pub(super) fn each(&self, vectors: &BTreeMap<String, [f64; 3]>) -> Result<Vec<[f64; 3]>> {
         if let Some(label) = vectors.keys().find(|label| !self.rig.handles().labels.contains(label)) {
             return Err(self
@@ -105,7 +106,9 @@ impl<'a> Regions<'a> {
         Ok(Parts::Vertices(weights))
     }
 
-    /// 1 for handles of these labels, in which `*` stands for any letters, or of the regions that their labels say.
+    /// H weights: 1 for handles that a pattern names, else 0.
+    ///
+    /// A pattern is a label, in which `*` stands for any letters, or the region that labels name.
     fn labelled(&self, patterns: &[String], what: &str) -> Result<Vec<f64>> {
         let labels = &self.rig.handles().labels;
         let mut weights = vec![0.0; labels.len()];

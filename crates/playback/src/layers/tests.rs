@@ -45,7 +45,7 @@ impl Fixture {
         (&self.rig.handles().labels[i], self.rig.handles().rest[i].map(f64::from))
     }
 
-    /// Where a handle is in a frame.
+    /// The position of a handle in a frame.
     fn at(&self, take: &Take, frame: usize, handle: usize) -> [f64; 3] {
         let column =
             take.labels.iter().position(|label| *label == self.rig.handles().labels[handle]).unwrap();
@@ -81,7 +81,8 @@ fn close(a: [f64; 3], b: [f64; 3]) -> bool {
     (0..3).all(|c| (a[c] - b[c]).abs() < 1e-9)
 }
 
-/// Whatever the order in the file: gains of the displacement from rest, then what is added to it.
+/// The order of edits in the file does not matter: gains of the displacement from rest apply first, then
+/// additions.
 #[test]
 fn edits_of_one_marker_combine_as_the_formula_says() {
     let f = Fixture::new();
@@ -113,7 +114,7 @@ fn edits_of_one_marker_combine_as_the_formula_says() {
     }
 }
 
-/// The other take at its own times; what it lacks stays, its ends hold.
+/// The other take is added at its own times. Markers that it lacks stay, and its ends hold.
 #[test]
 fn another_take_is_added_at_its_own_times() {
     let f = Fixture::new();
@@ -152,7 +153,7 @@ fn held_markers_do_not_move_and_go_over_smoothly() {
     }
 }
 
-/// Folds times so much where the region is and while it is; elsewhere every bit is as without.
+/// Folds are multiplied where and while the region says so. Elsewhere every bit is as without the edit.
 #[test]
 fn detail_changes_where_and_when_it_says_and_nothing_else() {
     let f = Fixture::new();
@@ -252,7 +253,7 @@ fn the_hash_is_of_what_is_named_too() {
     assert_eq!(f.layers(text).unwrap().text(), text);
 }
 
-/// A frame that was sculpted is met, also on what a layer before it makes of it; frames that are far from it keep every bit.
+/// A sculpted frame is met, also on top of an earlier layer. Frames that are far from it keep every bit.
 #[test]
 fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     let f = Fixture::new();
@@ -286,7 +287,7 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     };
     assert!(off(&corrected[25][0], &once) < 1e-3, "{} mm", off(&corrected[25][0], &once));
     assert!(off(&two[25][0], &twice) < 1e-3, "{} mm", off(&two[25][0], &twice));
-    // By the distance that `explain` states, which is made of the same strains.
+    // The distance that `explain` states, which is made of the same strains.
     let handles = f.take.handle_positions(&rig.handles().labels).unwrap();
     let pose = |frame: usize| {
         handles[frame * 3 * rig.handles().vertices.len()..][..3 * rig.handles().vertices.len()].as_chunks().0
@@ -325,7 +326,8 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     assert!(far > 1000 && near > 100, "{far} far, {near} near");
 }
 
-/// Markers that are edited are met, those that are not too, and what no edited marker holds has the bits that it has without.
+/// Edited and unedited markers are met. A vertex that no edited marker drives has the same bits as without
+/// the edit.
 #[test]
 fn what_no_edited_marker_holds_keeps_every_bit() {
     let f = Fixture::new();
@@ -338,10 +340,10 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
         labels.join(", ")
     );
     let (plain, edited, take) = (f.play(""), f.play(&text), f.edited(&text));
-    // How far a marker reaches is a matter of the shell.
+    // The shell decides how far a marker reaches.
     let held = |v: usize| {
         let row = rig.basis().row(v);
-        // What has no row goes by what it listens to.
+        // A vertex without a row is influenced by its anchors.
         if row.iter().all(|b| *b == 0.0) {
             return 0.2;
         }
@@ -373,7 +375,7 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
         }
     }
     assert!(kept > 10_000 && moved > 0.02, "{kept} kept, moved by {moved}");
-    // From frame to frame what the edit adds changes no faster than the edit and the face themselves.
+    // The edit's contribution changes no faster from frame to frame than the edit and the face themselves.
     let added = |frame: usize, i: usize| edited[frame][0][i] - plain[frame][0][i];
     let step = |frame: usize| {
         let steps = (0..3 * rig.vertices()).map(|i| (added(frame + 1, i) - added(frame, i)).abs());
@@ -396,7 +398,7 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
     }
 }
 
-/// A label means nothing: a take without edits is played as it is, whatever its markers are called.
+/// A label has no meaning in playback: a take without edits plays the same with any names of its markers.
 #[test]
 fn a_marker_of_any_name_changes_nothing() {
     let f = Fixture::new();
@@ -410,7 +412,7 @@ fn a_marker_of_any_name_changes_nothing() {
     assert!(plain == found, "a marker that no handle has moves the face");
 }
 
-/// What is evaluated of a part of the face, or of all of it, is what two whole takes come to, blended and folded by the formulas.
+/// A partial evaluation gives the same result as two whole takes that are blended and folded by the formulas.
 #[test]
 fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
     let f = Fixture::new();
@@ -438,7 +440,7 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
         let take = layers.edit(f.take.clone(), rig).unwrap();
         let found = play(rig, &layers, take.clone(), OutputStage::Full);
         let shown_smooth = play(rig, &layers, take.clone(), OutputStage::LargeScale);
-        // The same markers without a word of what they were: the whole face follows them.
+        // The same markers without the take before the edits: the whole face follows them.
         let unbounded = &take.take;
         let [whole, whole_smooth] = [OutputStage::Full, OutputStage::LargeScale]
             .map(|stage| play(rig, &none, unbounded.clone(), stage));
@@ -494,7 +496,7 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
     }
 }
 
-/// V: how much of what drives a vertex's folds these handles are.
+/// V: the share of these handles among all that drive a vertex's folds.
 fn of_handles(rig: &Rig, handles: &[usize]) -> Vec<f64> {
     let of_edge = |e: StrainEdgeId| {
         let is_one = |h: HandleId| f64::from(u8::from(handles.contains(&h.index())));
@@ -502,7 +504,7 @@ fn of_handles(rig: &Rig, handles: &[usize]) -> Vec<f64> {
         0.5 * (ends[0] + ends[1])
     };
     let of_vertex = |v: usize| {
-        let influences = rig.influences().of(v);
+        let influences = rig.influences().at(v);
         let all: f64 = influences.clone().map(|(_, w)| f64::from(w)).sum();
         let of = influences.map(|(e, w)| f64::from(w) * of_edge(e)).sum::<f64>();
         if all > 0.0 { of / all } else { 0.0 }
@@ -510,7 +512,8 @@ fn of_handles(rig: &Rig, handles: &[usize]) -> Vec<f64> {
     (0..rig.vertices()).map(of_vertex).collect()
 }
 
-/// A gain that is the same in all frames does the same in the rig as on its frames, and nothing elsewhere.
+/// A gain that is the same in all frames does the same in the rig as on its frames, and it changes nothing
+/// else.
 #[test]
 fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
     let f = Fixture::new();
@@ -531,7 +534,7 @@ fn what_is_the_same_in_all_frames_is_put_into_the_rig() {
         };
         assert!(apart(&found, &expected) < 1e-5, "{}", apart(&found, &expected));
         assert!(apart(&found, &plain) > 1e-3);
-        // Once, and no more.
+        // The gain is applied only once.
         let rig = layers.settle(rig).unwrap();
         assert_eq!(play(&rig, &layers, f.take.clone(), OutputStage::Full), found);
     }

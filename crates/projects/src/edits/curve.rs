@@ -5,10 +5,10 @@ use serde::{Serialize, Serializer};
 /// A number that changes over a take's frames.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve {
-    /// Frames, counted from 0, and values: at least one, the frames rising. Before the first key the value is its, behind the last one
-    /// that one's.
+    /// Frames, counted from 0, and values: at least one pair, with rising frames. Before the first key the
+    /// curve has the value of the first key, and behind the last key that of the last.
     pub keys: Vec<(f64, f64)>,
-    /// How it goes from key to key.
+    /// The easing from key to key.
     pub ease: Ease,
 }
 
@@ -19,9 +19,9 @@ pub enum Ease {
     /// Slowly out of a key and slowly into the next one: 3s² − 2s³.
     #[default]
     Smooth,
-    /// Evenly.
+    /// Linearly.
     Linear,
-    /// It stays, and jumps at the next key.
+    /// The value stays, and jumps at the next key.
     Step,
 }
 
@@ -39,7 +39,7 @@ impl Curve {
         };
         let Some(&(to, after)) = self.keys.get(next) else { return before };
         let s = (frame - from) / (to - from);
-        before + self.ease.of(s) * (after - before)
+        before + self.ease.at(s) * (after - before)
     }
 
     /// Whether it has this value in every frame.
@@ -49,8 +49,8 @@ impl Curve {
 }
 
 impl Ease {
-    /// How far it has come at `s` of the way, both from 0 to 1.
-    pub fn of(self, s: f64) -> f64 {
+    /// The progress at `s` of the way, both from 0 to 1.
+    pub fn at(self, s: f64) -> f64 {
         match self {
             Self::Smooth => s * s * (3.0 - 2.0 * s),
             Self::Linear => s,
@@ -59,7 +59,7 @@ impl Ease {
     }
 }
 
-/// A number where it is constant, else pairs of frame and value; the easing has a key of its own.
+/// A constant curve is a number, and any other is pairs of frame and value. The easing has a key of its own.
 impl Serialize for Curve {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         match &self.keys[..] {

@@ -1,4 +1,5 @@
-//! The edits of a take, EDIT.toml: what an artist changes of it without touching rig or take. See `docs/edits.md`.
+//! The edits of a take, EDIT.toml: changes that an artist makes to a take without touching the rig or the
+//! take. See `docs/edits.md`.
 
 mod curve;
 mod parse;
@@ -13,11 +14,12 @@ use std::collections::BTreeMap;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// What a file of edits says. Paths are relative to the file.
+/// The content of a file of edits. Paths are relative to the file.
 ///
-/// What is done to a marker in a frame: from rest it is `Π gains · (p − rest) + Σ offsets + Σ added`, whatever the order in the file; then the holds,
-/// one after the other, keep it where it is. The folds are multiplied by all gains of the detail. Corrections come last, each on what those before it
-/// make of its frame.
+/// The edited displacement of a marker from rest is `Π gains · (p − rest) + Σ offsets + Σ added`; the order
+/// in the file does not matter. Then the holds, one after the other, keep the marker where it is. The folds
+/// are multiplied by all gains of the detail. Corrections come last. Each one starts from the frame that
+/// those before it have made.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Edits {
     /// `[region.NAME]`, by their names.
@@ -43,33 +45,36 @@ pub struct Edits {
     pub details: Vec<Gain>,
 }
 
-/// `[region.NAME]`: a part of the face; one of the three.
+/// `[region.NAME]`: a part of the face, given in one of three ways: by markers, by groups or by painted
+/// weights.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Region {
-    /// Labels of handles, where `*` stands for any letters, or the words that labels say (lips, brows …).
+    /// Labels of handles, or the words that labels contain (lips, brows …). `*` stands for any letters.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub markers: Vec<String>,
     /// Names of groups in the mesh `of`, an OBJ.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<String>,
-    /// Where the groups are: a mesh like the rig's.
+    /// The OBJ with the groups: a mesh like the rig's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub of: Option<PathBuf>,
     /// A PLY or USD file with the rig's vertices, which has been painted.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weights: Option<PathBuf>,
-    /// The property or primvar of its vertices that has the weights, from 0 to 1, or 0 to 255 where it is of whole numbers.
+    /// The property or primvar of its vertices that has the weights: from 0 to 1, or whole numbers from 0 to
+    /// 255.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub property: Option<String>,
 }
 
-/// `[[gain]]` and `[[detail]]`: times so much.
+/// `[[gain]]` and `[[detail]]`: a factor.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Gain {
-    /// Where; `None` is the whole face. The name of a region, else a word or label as in [`Region::markers`].
+    /// The place; `None` is the whole face. It is the name of a region, or else a word or label as in
+    /// [`Region::markers`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// From 0; 1 changes nothing.
+    /// The factor, from 0; 1 changes nothing.
     pub by: Curve,
     /// The easing of `by`.
     #[serde(skip_serializing_if = "is_default")]
@@ -79,16 +84,16 @@ pub struct Gain {
 /// `[[offset]]`: markers moved.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Offset {
-    /// As of [`Gain`]; without `millimetres` it is not given.
+    /// The place, as in [`Gain`]; given with `millimetres` alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// By so much along the mesh's axes.
+    /// The movement along the mesh's axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub millimetres: Option<[f64; 3]>,
-    /// Or each of these handles by its own, in millimetres: a pose.
+    /// Instead, a movement for each of these handles, in millimetres: a pose.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub markers: BTreeMap<String, [f64; 3]>,
-    /// Times this.
+    /// The factor.
     #[serde(skip_serializing_if = "is_one")]
     pub amount: Curve,
     /// The easing of `amount`.
@@ -99,15 +104,15 @@ pub struct Offset {
 /// `[[add]]`: another take's displacements from rest on top.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Added {
-    /// The other take's CSV; markers that it lacks stay as they are.
+    /// The other take's CSV. Markers that it lacks stay as they are.
     pub take: PathBuf,
-    /// The frame of this take at which the other one begins; its frames are at its own times from there on, and its first and last
-    /// ones hold beyond its ends.
+    /// The frame of this take at which the other one begins. From there on, the other take plays at its own
+    /// times. Its first and last frames hold before its start and after its end.
     pub frame: f64,
-    /// As of [`Gain`].
+    /// The place, as in [`Gain`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// Times this.
+    /// The factor.
     #[serde(skip_serializing_if = "is_one")]
     pub amount: Curve,
     /// The easing of `amount`.
@@ -118,16 +123,16 @@ pub struct Added {
 /// `[[hold]]`: markers that stay where they are, without any noise.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Hold {
-    /// As of [`Gain`].
+    /// The place, as in [`Gain`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// The first frame and the one behind the last; written as `"A..B"`.
+    /// The first frame and the frame behind the last; written as `"A..B"`.
     #[serde(serialize_with = "as_range")]
     pub frames: Range<usize>,
-    /// The frame whose positions are held; the first of `frames` where there is none.
+    /// The frame whose positions are held; by default the first of `frames`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub at: Option<usize>,
-    /// So many frames before and behind it goes over, smoothly.
+    /// The number of frames before and behind, over which the hold blends in and out smoothly.
     pub ease: usize,
 }
 
@@ -138,22 +143,23 @@ pub struct Correction {
     pub mesh: PathBuf,
     /// The frame of the take that was sculpted.
     pub frame: usize,
-    /// As of [`Gain`].
+    /// The place, as in [`Gain`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub region: Option<String>,
-    /// Times this.
+    /// The factor.
     #[serde(skip_serializing_if = "is_one")]
     pub amount: Curve,
     /// The easing of `amount`.
     #[serde(skip_serializing_if = "is_default")]
     pub ease: Ease,
-    /// How far a frame's strains may be from those of the sculpted frame, a ratio; `None` for half of how far the rest pose's are.
+    /// How far a frame's strains may be from those of the sculpted frame, a ratio. `None` is half the
+    /// distance of the strains of the rest pose.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach: Option<f64>,
 }
 
 impl Edits {
-    /// The files that edits name, as they name them, each with the key that does.
+    /// The files that the edits name, as written, each with its key.
     pub fn named_files(&self) -> impl Iterator<Item = (String, &Path)> {
         let takes = self.added.iter().map(|added| ("[[add]] take".to_owned(), &*added.take));
         let sculpted = self.corrections.iter().map(|c| ("[[correction]] mesh".to_owned(), &*c.mesh));
@@ -177,7 +183,7 @@ fn as_range<S: serde::Serializer>(frames: &Range<usize>, serializer: S) -> Resul
     serializer.collect_str(&format_args!("{}..{}", frames.start, frames.end))
 }
 
-/// Reads a file of edits alone, not what it names; and its text.
+/// Reads a file of edits and returns its text too. The files that it names are not read.
 ///
 /// # Errors
 /// [`Error::Input`] as of [`parse()`]; [`Error::Io`].
@@ -192,10 +198,10 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
     Ok((parse(&text, &name)?, text))
 }
 
-/// Writes a file of edits so that [`parse()`] gives it back.
+/// Writes a file of edits so that [`parse()`] reads the same edits.
 ///
 /// # Errors
-/// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
+/// [`Error::Input`] if [`parse()`] would not read them; [`Error::Io`].
 pub fn write(path: &Path, edits: &Edits) -> Result<()> {
     let text = toml::to_string(edits)
         .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;

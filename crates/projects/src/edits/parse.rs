@@ -15,13 +15,14 @@ const GAINS: RangeInclusive<f64> = 0.0..=10.0;
 const DETAIL_GAINS: RangeInclusive<f64> = 0.0..=2.0;
 const AMOUNTS: RangeInclusive<f64> = -10.0..=10.0;
 const FRAME: &str = "a frame of the take, counted from 0";
-/// Longer movements are in another unit.
+/// The longest movement; a longer one is in another unit.
 const LONGEST_OFFSET: f64 = 1_000.0;
 
 /// Checks the text of a file of edits; `name` names the file in errors.
 ///
 /// # Errors
-/// [`Error::Input`](rhytid_core::Error::Input): no TOML, an unknown or missing key, a value of the wrong type or out of its range.
+/// [`Error::Input`](rhytid_core::Error::Input): no TOML, an unknown or missing key, a value of the wrong type
+/// or out of its range.
 pub fn parse(text: &str, name: &str) -> Result<Edits> {
     let document = tables(text, name)?;
     let file = File { text, name };
@@ -201,14 +202,14 @@ fn ease(section: &Section<'_>) -> Result<Ease> {
     }
 }
 
-/// 1 where the key is not there.
+/// The value of a key; 1 if the key is missing.
 fn curve(section: &Section<'_>, key: &str, range: &RangeInclusive<f64>, ease: Ease) -> Result<Curve> {
     let Some(value) = section.get(key) else { return Ok(Curve::constant(1.0)) };
     let wrong = |what: &str| section.wrong(key, what, &curves(range));
     let is_right = |x: &f64| range.contains(x);
     if let Some(number) = number_of(value) {
         return match is_right(&number) {
-            // The easing of what never changes is kept, as it is in the file.
+            // The easing of a constant curve is kept, because it is in the file.
             true => Ok(Curve { keys: vec![(0.0, number)], ease }),
             false => Err(wrong(&found(value))),
         };

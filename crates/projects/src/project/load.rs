@@ -1,4 +1,4 @@
-//! A [`Project`] and the files it names to a [`Face`].
+//! Reads the files that a [`Project`] names, and makes a [`Face`] of them.
 use super::sculpted;
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
 use rayon::prelude::*;
@@ -12,12 +12,13 @@ use rhytid_meshes as mesh;
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
 
-/// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to its folder, and
-/// it is named in errors.
+/// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to
+/// its folder, and it is named in errors.
 ///
 /// # Errors
-/// [`Error::Input`]: a file that does not exist or is out of reach, whatever the readers of meshes, handles and strain edges find
-/// wrong, an example that does not match the neutral, a handle past the neutral's last vertex. [`Error::Io`].
+/// [`Error::Input`]: a file that does not exist or is out of reach, an example that does not match the
+/// neutral, or a handle past the neutral's last vertex. Also every error of the readers of meshes, handles
+/// and strain edges. [`Error::Io`].
 pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
     let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
     let handles_path = existing(path, &project.handles.vertices, "[handles] vertices", reach)?;
@@ -73,7 +74,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         }
         Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
     };
-    // Of several errors the first in the file's order is told.
+    // Of several errors, the first in the order of the file is reported.
     let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();
     let examples = examples.into_iter().collect::<Result<_>>()?;
 
@@ -105,7 +106,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
     })
 }
 
-/// The files that a project is read from, that of the project first; they need not be there.
+/// The files that a project is read from, that of the project first. They need not exist.
 pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
     let folder = path.parent().unwrap_or(Path::new(""));
     let edges = match &project.strain.edges {

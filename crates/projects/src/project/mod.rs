@@ -24,7 +24,7 @@ pub fn read(path: &Path, reach: Reach) -> Result<Face> {
     load(&read_project(path)?, path, reach)
 }
 
-/// Reads a project file alone, not what it names.
+/// Reads a project file alone, without the files that it names.
 ///
 /// # Errors
 /// [`Error::Input`] as of [`parse()`]; [`Error::Io`].
@@ -39,10 +39,10 @@ pub fn read_project(path: &Path) -> Result<Project> {
     parse(text, &name)
 }
 
-/// Writes a project file so that [`parse()`] gives it back.
+/// Writes a project file so that [`parse()`] reads the same project.
 ///
 /// # Errors
-/// [`Error::Input`] if it would not, as of [`parse()`]; [`Error::Io`].
+/// [`Error::Input`] if [`parse()`] would not read it; [`Error::Io`].
 pub fn write(path: &Path, project: &Project) -> Result<()> {
     let text = toml::to_string(project)
         .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;

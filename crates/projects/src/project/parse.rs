@@ -1,4 +1,5 @@
-//! The text of a project file to a [`Project`]: keys, types and values are checked, files are not touched.
+//! Turns the text of a project file into a [`Project`]. Keys, types and values are checked; files are not
+//! touched.
 use super::sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
     Method, PinsSection, Project, StrainSection, Units,
@@ -6,7 +7,7 @@ use super::sections::{
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
 use rhytid_core::{Bind, FoldStrains, InputErrorKind, Result, UpAxis};
-use rhytid_meshes::Green;
+use rhytid_meshes::NormalMapConvention;
 use std::collections::HashMap;
 use std::path::PathBuf;
 use toml::de::DeValue;
@@ -14,8 +15,8 @@ use toml::de::DeValue;
 /// Checks the text of a project file; `name` names the file in errors.
 ///
 /// # Errors
-/// [`Error::Input`](rhytid_core::Error::Input): no TOML, a missing section or key, an unknown key, a value of the wrong type or out of
-/// its range, two examples of one name.
+/// [`Error::Input`](rhytid_core::Error::Input): no TOML, a missing section or key, an unknown key, a value of
+/// the wrong type or out of its range, two examples of one name.
 pub fn parse(text: &str, name: &str) -> Result<Project> {
     let document = tables(text, name)?;
     let file = File { text, name };
@@ -48,7 +49,7 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
 
 const METHODS: &str = "\"learned\" or \"chapter\"";
 
-/// The method that the file names, at its top or, as it once was, under `[fine_scale]`.
+/// The method that the file names, at its top or, as in older files, under `[fine_scale]`.
 fn method_of(root: &Section<'_>) -> Result<Method> {
     let above = method(root)?;
     let Some(section) = root.section("fine_scale")? else { return Ok(above.unwrap_or_default()) };
@@ -256,12 +257,12 @@ fn needs(section: &Section<'_>, key: &str, partner: &str) -> Result<()> {
     Ok(())
 }
 
-fn green(section: &Section<'_>) -> Result<Option<Green>> {
+fn green(section: &Section<'_>) -> Result<Option<NormalMapConvention>> {
     let expected = "\"up\" (OpenGL) or \"down\" (DirectX)";
     match section.text("green", expected)? {
         None => Ok(None),
-        Some("up") => Ok(Some(Green::Up)),
-        Some("down") => Ok(Some(Green::Down)),
+        Some("up") => Ok(Some(NormalMapConvention::Up)),
+        Some("down") => Ok(Some(NormalMapConvention::Down)),
         Some(other) => Err(section.wrong("green", &quoted(other), expected)),
     }
 }

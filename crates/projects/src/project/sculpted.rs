@@ -1,15 +1,16 @@
-//! Examples that were sculpted: a frame of a take, whose handles are known; a displacement map put onto a mesh.
+//! Sculpted examples: a frame of a take whose handles are known, or a displacement map on a mesh.
 
 use glam::DVec3;
 use rhytid_core::{Error, Handles, Mesh, Result};
-use rhytid_meshes::{DisplacementMap, Green, NormalMap};
+use rhytid_meshes::{DisplacementMap, NormalMap, NormalMapConvention};
 use rhytid_takes::take::{self, Missing};
 use std::path::Path;
 
-/// A marker that was moved by more, in millimetres, was moved on purpose.
+/// A marker that was moved by more than this, in millimetres, was moved on purpose.
 const MOVED_MM: f64 = 0.05;
 
-/// Puts an example's handles to where a frame of a take has them: markers are met, whatever was sculpted.
+/// Puts an example's handles to their places in a frame of a take. So the markers are met even if the
+/// sculptor moved them.
 ///
 /// # Errors
 /// As [`take::read`]; [`Error::Input`] if the take has no such frame.
@@ -74,7 +75,8 @@ pub(super) fn displaced(
     Ok(mesh.positions)
 }
 
-/// Where by the other green so many times less of a normal map's slopes are no surface's, green points the other way.
+/// Green seems to point the other way if fewer slopes are then impossible for a surface. Their part has to be
+/// below this times the part with the stated direction.
 const BETTER: f64 = 0.9;
 
 /// An example's positions with the surface of a normal map, whose heights are multiplied by `strength`.
@@ -86,11 +88,11 @@ pub(super) fn with_normal_map(
     neutral_path: &Path,
     positions: Vec<[f64; 3]>,
     path: &Path,
-    green: Option<Green>,
+    green: Option<NormalMapConvention>,
     strength: f64,
 ) -> Result<Vec<[f64; 3]>> {
     let (map, green) = (NormalMap::read(path)?, green.unwrap_or_default());
-    let displaced = |green: Green| {
+    let displaced = |green: NormalMapConvention| {
         let mut mesh = Mesh { positions: positions.clone(), ..neutral.clone() };
         let found = map.displace(&mut mesh, green, strength);
         Ok((mesh, found.map_err(|error| error.in_file(neutral_path.display()))?))
@@ -98,10 +100,10 @@ pub(super) fn with_normal_map(
     let (mesh, found) = displaced(green)?;
     if displaced(green.other())?.1.left < BETTER * found.left {
         let other = match green {
-            Green::Up => {
+            NormalMapConvention::Up => {
                 "down, as in DirectX, by which its slopes are more nearly those of a surface; say green = \"down\""
             }
-            Green::Down => {
+            NormalMapConvention::Down => {
                 "up, as in OpenGL, by which its slopes are more nearly those of a surface; say green = \"up\""
             }
         };

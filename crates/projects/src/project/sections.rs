@@ -1,16 +1,16 @@
 //! The sections of a project file.
 
 use rhytid_core::{Bind, FoldStrains, LearnedSettings, UpAxis};
-use rhytid_meshes::Green;
+use rhytid_meshes::NormalMapConvention;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
-/// What a project file says. Paths are relative to the file.
+/// The content of a project file. Paths are relative to the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Project {
-    /// How a rig is made of the examples: `method`, above all sections.
+    /// The method that makes a rig of the examples: `method`, above all sections.
     pub method: Method,
-    /// Whether examples that are not in the neutral's place are put there: `align`, above all sections.
+    /// Whether examples that are not at the neutral's place are moved there: `align`, above all sections.
     #[serde(skip_serializing_if = "is_true")]
     pub align: bool,
     /// `[mesh]`.
@@ -64,33 +64,36 @@ pub struct ExampleSection {
     /// Whether its mirror image is an example too.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mirror: bool,
-    /// A take's CSV in the neutral's space, of which the mesh is a frame that was sculpted: its handles are where the take has them.
+    /// A take's CSV in the neutral's space. The mesh is a sculpted frame of this take, and its handles are
+    /// where the take has them.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub take: Option<PathBuf>,
-    /// Which frame; given with `take` alone.
+    /// The frame of the take; given with `take` alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub frame: Option<usize>,
-    /// A displacement map over the neutral's texture coordinates, which is put onto the mesh ([`rhytid_meshes::DisplacementMap`]).
+    /// A displacement map over the neutral's texture coordinates, which displaces the mesh
+    /// ([`rhytid_meshes::DisplacementMap`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub displacement: Option<PathBuf>,
     /// How far the map moves a vertex where it is white; given with `displacement` alone.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub millimetres: Option<f64>,
-    /// A tangent-space normal map over the neutral's texture coordinates, whose surface is put onto the mesh ([`rhytid_meshes::NormalMap`]).
+    /// A tangent-space normal map over the neutral's texture coordinates, whose surface displaces the mesh
+    /// ([`rhytid_meshes::NormalMap`]).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub normal_map: Option<PathBuf>,
-    /// Which way its green points; up where nothing is said.
+    /// The direction of its green; up by default.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub green: Option<Green>,
-    /// Its heights times this, 1 where nothing is said.
+    pub green: Option<NormalMapConvention>,
+    /// The factor of its heights; 1 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strength: Option<f64>,
 }
 
-/// `[pins]`: what stays where it is, in addition to each other.
+/// `[pins]`: the vertices that stay where they are. The keys add up.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PinsSection {
-    /// Whether what no example moves is pinned; `None`: by the learned method.
+    /// Whether vertices that no example moves are pinned. `None`: only by the learned method.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub auto: Option<bool>,
     /// CSV with the header `vertex`.
@@ -99,7 +102,7 @@ pub struct PinsSection {
     /// `box`: the lowest and the highest corner of a box, in mesh units.
     #[serde(rename = "box", skip_serializing_if = "Option::is_none")]
     pub bounds: Option<[[f64; 3]; 2]>,
-    /// Names of groups of the neutral, which is an OBJ file then.
+    /// Names of groups of the neutral, which then is an OBJ file.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub groups: Vec<String>,
 }
@@ -116,7 +119,7 @@ pub struct LargeScaleSection {
     /// ℓ in mesh units, above 0; `None` derives it from the spacing of the handles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bending_length: Option<f64>,
-    /// What becomes of components without a handle.
+    /// The treatment of components without a handle.
     #[serde(serialize_with = "serialize_bind")]
     pub bind: Bind,
     /// Whether the handles turn.
@@ -144,7 +147,7 @@ impl Default for FineScaleSection {
     }
 }
 
-/// `[learned]`: what is absent is chosen.
+/// `[learned]`: absent values are chosen by the solve.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct LearnedSection {
     /// s, 0 to 1.
@@ -159,7 +162,8 @@ pub struct LearnedSection {
     /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker_noise: Option<f64>,
-    /// How many times as far as in any example a vector strain is followed, 1 or more; infinite for no bound.
+    /// The bound of a vector strain, as a multiple of its largest value in any example: 1 or more, and
+    /// infinite for no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach: Option<f64>,
     /// The axes that folds are added along.
@@ -168,7 +172,7 @@ pub struct LearnedSection {
 }
 
 impl LearnedSection {
-    /// What the solve is told.
+    /// The settings of the solve.
     pub fn settings(self) -> LearnedSettings {
         let default = LearnedSettings::default();
         LearnedSettings {

@@ -1,4 +1,4 @@
-//! The few calls by which a kernel of the renderer is made and run.
+//! The few calls that make and run a kernel of the renderer.
 
 /// What a kernel reads and writes.
 pub(super) enum Bind {
@@ -9,7 +9,7 @@ pub(super) enum Bind {
     Storage {
         writes: bool,
     },
-    /// One of whole numbers.
+    /// A texture of whole numbers.
     Texture,
 }
 
@@ -50,7 +50,7 @@ pub(super) fn layout(device: &wgpu::Device, binds: &[Bind]) -> wgpu::BindGroupLa
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
 }
 
-/// Uniforms are for the passes that draw, too.
+/// Passes that draw use the uniforms too.
 fn vertex(bind: &Bind) -> wgpu::ShaderStages {
     match bind {
         Bind::Uniform { .. } => wgpu::ShaderStages::VERTEX_FRAGMENT,
@@ -95,7 +95,8 @@ pub(super) fn pipeline(
     })
 }
 
-/// An invocation for each of `count`, in workgroups of 64: in rows, since a dispatch has 65,535 workgroups at most each way.
+/// Runs `count` invocations in workgroups of 64. The workgroups are in rows, since a dispatch has at most
+/// 65,535 of them along each axis.
 pub(super) fn dispatch(pass: &mut wgpu::ComputePass<'_>, count: u32) {
     let groups = count.div_ceil(64);
     let rows = groups.div_ceil(65_535).max(1);

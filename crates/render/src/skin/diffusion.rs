@@ -8,18 +8,19 @@ use rhytid_geometry::laplacian::laplacian;
 /// How long a series may be.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
-    /// Polynomials that are taken wherever they are of use.
+    /// The number of polynomials that are always allowed.
     pub always: usize,
-    /// And at most.
+    /// The largest number of polynomials.
     pub longest: usize,
-    /// The part of the surface that more than `always` are not taken for.
+    /// A part of the surface. If only this part needs more than `always` polynomials, they are not added for
+    /// it.
     pub spared: f64,
 }
 
 /// Words of a step's uniforms.
 const STEP_WORDS: usize = 12;
 
-/// Spreads light over one mesh as a profile says, along the surface at rest.
+/// Spreads light over one mesh by a profile, along the surface at rest.
 #[derive(Debug)]
 pub(crate) struct Diffusion {
     pipeline: wgpu::ComputePipeline,
@@ -27,18 +28,19 @@ pub(crate) struct Diffusion {
     /// Bytes from one step's uniforms to the next's.
     stride: u32,
     vertices: u32,
-    /// By turns: what is read of and written to.
+    /// Two bind groups that are used in turn: the buffers to read and to write are exchanged.
     groups: [wgpu::BindGroup; 2],
-    /// V × 4: light before, of which three are its colours.
+    /// V × 4: the light before spreading. Three of the four numbers are its colours.
     pub light: wgpu::Buffer,
-    /// V × 4: light after.
+    /// V × 4: the light after spreading.
     pub spread: wgpu::Buffer,
-    /// The part of the surface on which light spreads less far than it should, since its triangles are finer than a series resolves.
+    /// The part of the surface on which light does not spread far enough. Its triangles are finer than the
+    /// series resolves.
     pub too_fine: f64,
 }
 
 impl Diffusion {
-    /// For V `rest` positions, whose unit is so many `millimetres`, with no more than this `effort`.
+    /// For V `rest` positions, whose unit is `millimetres` long, with at most this `effort`.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -131,7 +133,7 @@ impl Diffusion {
         self.steps
     }
 
-    /// Spreads what is in `light`, which is used up.
+    /// Spreads the contents of `light`, which are lost.
     pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
         pass.set_pipeline(&self.pipeline);
         for step in 0..self.steps {
@@ -143,7 +145,7 @@ impl Diffusion {
 
 /// The Laplacian of a mesh, scaled for its series.
 struct Matrix {
-    /// V + 1: where each vertex's links begin.
+    /// V + 1: the index of each vertex's first link.
     offsets: Vec<u32>,
     /// A neighbour, and the bits of 2 w / Λ M.
     links: Vec<[u32; 2]>,
@@ -161,9 +163,10 @@ impl Matrix {
     ) -> Self {
         let positions: Vec<[f64; 3]> = rest.iter().map(|p| p.map(|x| millimetres * f64::from(x))).collect();
         let mut laplacian = laplacian(&positions, triangles);
-        // An edge across which two angles are more than 180° would carry light from dark to bright, beyond either.
+        // Where the two angles opposite to an edge sum to more than 180°, its weight is negative. Such an
+        // edge would carry light from dark to bright vertices.
         laplacian.edges.retain(|(_, _, w)| *w > 0.0);
-        // Twice the sum of what leaves a vertex bounds the eigenvalues, by Gershgorin's circles.
+        // By Gershgorin's circles, twice the sum of a vertex's weights bounds the eigenvalues.
         let mut leaves = vec![0.0; rest.len()];
         let mut offsets = vec![0_u32; rest.len() + 1];
         for &(a, b, w) in &laplacian.edges {
@@ -189,7 +192,8 @@ impl Matrix {
         if series.coefficients.len() < effort.always {
             series = Series::new(profile, most, effort.always);
         }
-        // A vertex whose light would be gone sooner than the series resolves holds more of it, so that it is slower, and nothing is lost.
+        // Some vertices lose their light faster than the series resolves. Their mass is increased, so the
+        // light leaves more slowly and none is lost.
         let (mut area, mut fine) = (0.0, 0.0);
         let masses: Vec<f64> = laplacian
             .mass

@@ -1,8 +1,9 @@
-//! Skin: light goes into it and comes out beside, its surface shines, and folds cast shadows.
+//! Skin: light enters it and leaves it nearby, its surface shines, and folds cast shadows.
 //!
-//! The light that falls on each vertex, from a key light with soft shadows and from a sky of which folds and hollows see a part, spreads
-//! along the surface by the six Gaussians of E. d'Eon and D. Luebke (GPU Gems 3, chapter 14): heat kernels, applied with the cotangent
-//! Laplacian of the mesh at rest. What the surface throws back, two GGX lobes, is added without that. Units are physical: lx, cd/m², mm.
+//! Light falls on each vertex from a key light with soft shadows and from a sky. Folds and hollows see only a
+//! part of the sky. This light spreads along the surface by the six Gaussians of E. d'Eon and D. Luebke (GPU
+//! Gems 3, chapter 14). They are heat kernels, applied with the cotangent Laplacian of the mesh at rest. The
+//! reflection of the surface, two GGX lobes, is added without spreading. Units are physical: lx, cd/m², mm.
 
 mod compute;
 mod diffusion;
@@ -24,15 +25,17 @@ use glam::Vec3;
 use rhytid_core::{DeviceErrorKind, Error, Result, human};
 use visibility::{Arrays, KeyLight, SkyLight, Visibility};
 
-/// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the display.
+/// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the
+/// display.
 const SCENE_WORDS: usize = 16 + 16 + 4 + 4 + 36 + 4 + 4;
-/// Polynomials of the Laplacian: 530,000 vertices on a face, a quarter of a millimetre apart, take 70; what a two-hundredth of the surface is
-/// finer by is not waited for.
+/// Limits for the polynomials of the Laplacian. A face of 530,000 vertices, a quarter of a millimetre apart,
+/// needs 70. More than `always` are not used for the finest two-hundredth of the surface.
 const EFFORT: Effort = Effort { always: 40, longest: 128, spared: 0.005 };
-/// Words of a frame's.
+/// Words of a frame's uniforms.
 const FRAME_WORDS: usize = 4;
 
-/// Refuses skin on V `vertices` where it needs more than `device` allows; the largest that kernels read beside what each vertex has is of so many `bytes`.
+/// Refuses skin on V `vertices` where it needs more than `device` allows. `bytes` is the size of the largest
+/// buffer, apart from the buffers per vertex.
 fn allowed(device: &wgpu::Device, vertices: usize, bytes: u64) -> Result<()> {
     let limits = device.limits();
     let counts = [
@@ -56,16 +59,17 @@ fn allowed(device: &wgpu::Device, vertices: usize, bytes: u64) -> Result<()> {
     crate::allowed(&what, &all, "draw without skin, or a mesh of fewer vertices")
 }
 
-/// What skin is made of.
+/// The material of skin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Skin {
-    /// The part of red, green and blue light that comes out again, linear, 0 to 1.
+    /// The part of red, green and blue light that leaves the skin again, linear, 0 to 1.
     pub albedo: [f32; 3],
-    /// The part that the surface throws back of light that falls straight on it: ((n − 1)/(n + 1))² of the refractive index n.
+    /// The part of perpendicular light that the surface reflects: ((n − 1)/(n + 1))² for the refractive index
+    /// n.
     pub reflectance: f32,
-    /// Of two lobes, 0 to 1; α is its square.
+    /// The roughness of the two lobes, 0 to 1. α is its square.
     pub roughness: [f32; 2],
-    /// The part of the first lobe.
+    /// The share of the first lobe.
     pub first_lobe: f32,
     /// How far light spreads.
     pub profile: [Gaussian; 6],
@@ -89,35 +93,36 @@ impl Default for Skin {
 /// How radiance becomes a display's light.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tone {
-    /// As it is, up to 1.
+    /// Unchanged, up to 1.
     Linear,
-    /// Khronos PBR Neutral: colours stay as they are, but for the brightest.
+    /// Khronos PBR Neutral: all colours but the brightest stay unchanged.
     Neutral,
-    /// AgX: more contrast, and what is bright turns white sooner.
+    /// AgX: more contrast, and bright colours turn white sooner.
     Agx,
 }
 
-/// What lights a face and how it is taken.
+/// The lights of a face, and the camera's exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lights {
-    /// Towards the key light, in the camera's space: x to the picture's right, y up, z towards the viewer.
+    /// The direction to the key light, in the camera's space: x to the picture's right, y up, z towards the
+    /// viewer.
     pub toward: [f32; 3],
-    /// Its irradiance where it falls straight, in lx.
+    /// The irradiance of the key light at perpendicular incidence, in lx.
     pub key: [f32; 3],
-    /// Over how many millimetres its shadows are soft.
+    /// The width of the soft edge of its shadows, in millimetres.
     pub penumbra: f32,
     /// All other light.
     pub sky: Sky,
     /// Exposure value at ISO 100: a radiance of 1.2 · 2^EV cd/m² is a display's white.
     pub exposure: f32,
-    /// How that is shown.
+    /// How the exposed picture is displayed.
     pub tone: Tone,
 }
 
 impl Default for Lights {
     /// A portrait: a warm key light from the upper left, and a sky that is brighter above and on the right.
     fn default() -> Self {
-        let sky = Sky::of(|[x, y, z]| {
+        let sky = Sky::from_radiance(|[x, y, z]| {
             let (above, right, behind) = (0.5 + 0.5 * y, 0.5 + 0.5 * x, 0.5 - 0.5 * z);
             [
                 24.0 + 34.0 * above + 26.0 * right + 20.0 * behind,
@@ -157,10 +162,12 @@ pub struct SkinRenderer {
 }
 
 impl SkinRenderer {
-    /// For passes that draw a mesh into `target`: its V positions at `rest`, its `triangles`, and how many `millimetres` its unit is.
+    /// For passes that draw a mesh into `target`. The mesh has V positions at `rest` and its `triangles`. Its
+    /// unit is `millimetres` long.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Device`] if `device` refuses, as for want of memory; [`rhytid_core::Error::Input`] if the mesh is too large for it.
+    /// [`rhytid_core::Error::Device`] if `device` refuses, such as for lack of memory;
+    /// [`rhytid_core::Error::Input`] if the mesh is too large for it.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -222,23 +229,24 @@ impl SkinRenderer {
         })
     }
 
-    /// Gives each of the V vertices an albedo of its own, as eyes and teeth have.
+    /// Gives each of the V vertices its own albedo, such as for eyes and teeth.
     ///
     /// # Panics
-    /// If there are more.
+    /// If there are more albedos than vertices.
     pub fn paint(&self, albedos: &[[f32; 3]]) {
         let albedos: Vec<[u8; 4]> = albedos.iter().map(|albedo| bytes(*albedo)).collect();
         self.queue.write_buffer(&self.albedos, 0, bytemuck::cast_slice(&albedos));
     }
 
-    /// The part of the surface on which light spreads less far than it should, since its triangles are too fine for the steps there are.
+    /// The part of the surface on which light does not spread far enough, since its triangles are too fine
+    /// for the number of steps.
     pub fn too_fine(&self) -> f64 {
         self.diffusion.too_fine
     }
 
-    /// Lights a frame and lets the light spread, before a pass draws it as seen by `camera` in a picture whose width is `aspect` times
-    /// its height. Positions and normals must be whole and in buffers with the usage `STORAGE`. One frame a submission: two would both be the
-    /// later one.
+    /// Lights a frame and spreads the light. A pass can then draw the frame, seen by `camera` in a picture
+    /// whose width is `aspect` times its height. Positions and normals must be in whole buffers with the
+    /// usage `STORAGE`. A submission can have only one frame: with two, both would show the later one.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`].
@@ -314,7 +322,7 @@ impl SkinRenderer {
         })
     }
 
-    /// Waits until what was submitted has been done, as for a measurement.
+    /// Waits until a submission is finished, for example for a measurement.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`].
@@ -328,7 +336,8 @@ impl SkinRenderer {
         Ok(())
     }
 
-    /// Draws the frame that was lit last into a pass whose attachments are the [`Target`] that the renderer was made for.
+    /// Draws the frame that was lit last into a pass whose attachments are the [`Target`] that the renderer
+    /// was made for.
     pub fn draw(&self, pass: &mut wgpu::RenderPass<'_>, vertices: Vertices<'_>) {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &self.group, &[]);

@@ -1,16 +1,17 @@
 //! How far light spreads in skin, as a filter on a mesh.
 
-/// A part of a profile: a Gaussian `exp(−r²/2v) / 2πv` of the distance r along the surface, which holds light together as a whole.
+/// A part of a profile: a Gaussian `exp(−r²/2v) / 2πv` of the distance r along the surface. Its integral is
+/// 1, so no light is lost.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gaussian {
     /// v in mm², for each of the two directions in the surface.
     pub variance: f64,
-    /// The part of red, green and blue light that is spread by it.
+    /// The part of red, green and blue light that it spreads.
     pub weights: [f64; 3],
 }
 
-/// Three layers of skin, as E. d'Eon and D. Luebke fitted them (GPU Gems 3, 2007, chapter 14, figure 14-13). The weights of each colour
-/// sum to 1: what light loses in the skin is the albedo's.
+/// Three layers of skin, as E. d'Eon and D. Luebke fitted them (GPU Gems 3, 2007, chapter 14, figure 14-13).
+/// The weights of each colour sum to 1: the loss of light in the skin is part of the albedo.
 pub const SKIN_PROFILE: [Gaussian; 6] = [
     Gaussian { variance: 0.0064, weights: [0.233, 0.455, 0.649] },
     Gaussian { variance: 0.0484, weights: [0.100, 0.336, 0.344] },
@@ -20,23 +21,27 @@ pub const SKIN_PROFILE: [Gaussian; 6] = [
     Gaussian { variance: 7.41, weights: [0.078, 0.0, 0.0] },
 ];
 
-/// What is left out of a series of polynomials: a millionth of the light, so that little of what is brightest at one vertex is missing at others.
+/// The part of the light that a series of polynomials leaves out: a millionth. So even the brightest light at
+/// one vertex causes only a small error at others.
 const LEFT_OUT: f64 = 1e-6;
 
-/// The profile as a polynomial of the Laplacian, `p(L) = Σ_k c_k T_k(2 L/Λ − 1)`, for a mesh on which no eigenvalue of L is above Λ.
+/// The profile as a polynomial of the Laplacian, `p(L) = Σ_k c_k T_k(2 L/Λ − 1)`, for a mesh on which no
+/// eigenvalue of L is above Λ.
 ///
-/// A Gaussian of variance v is the heat kernel exp(−v L/2), and a sum of them is one function of L, whose Chebyshev series needs a
-/// multiplication by L for each polynomial, whatever number of Gaussians there is.
+/// A Gaussian of variance v is the heat kernel exp(−v L/2). A sum of Gaussians is thus one function of L. Its
+/// Chebyshev series needs one multiplication by L for each polynomial, for any number of Gaussians.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Series {
     /// Λ in 1/mm².
     pub most: f64,
-    /// For each polynomial and colour; each colour's give exactly 1 for L = 0, so that constant light stays as it is.
+    /// The coefficients for each polynomial and colour. For L = 0 the series of each colour gives exactly 1,
+    /// so constant light does not change.
     pub coefficients: Vec<[f64; 3]>,
 }
 
 impl Series {
-    /// For eigenvalues up to `most` per mm², or as far as a series of `longest` polynomials, at least 8, goes.
+    /// For eigenvalues up to `most` per mm². With only `longest` polynomials, at least 8, the series may
+    /// cover fewer of them.
     pub(crate) fn new(profile: &[Gaussian], most: f64, longest: usize) -> Self {
         let most = most.max(1e-6);
         let series = |most| Self { most, coefficients: coefficients(profile, most, longest) };
@@ -56,18 +61,18 @@ impl Series {
     }
 }
 
-/// The part of light that is left of a wave with the eigenvalue `l` in 1/mm².
+/// The part of the light of a wave that remains, for the eigenvalue `l` in 1/mm².
 pub(crate) fn transfer(profile: &[Gaussian], l: f64) -> [f64; 3] {
     let part = |c| profile.iter().map(|g| g.weights[c] * (-0.5 * g.variance * l).exp()).sum();
     std::array::from_fn(part)
 }
 
 fn coefficients(profile: &[Gaussian], most: f64, longest: usize) -> Vec<[f64; 3]> {
-    // A cosine transform of as many values as reach beyond the longest series.
+    // A cosine transform, with more values than the longest series has.
     let count = 4 * longest;
     let cosines: Vec<f64> =
         (0..4 * count).map(|i| (std::f64::consts::PI * i as f64 / (2 * count) as f64).cos()).collect();
-    // Of k times the angle of the value j.
+    // The cosine of k times the angle of value j.
     let cosine = |k: usize, j: usize| cosines[k * (2 * j + 1) % cosines.len()];
     let values: Vec<[f64; 3]> =
         (0..count).map(|j| transfer(profile, 0.5 * most * (1.0 + cosine(1, j)))).collect();

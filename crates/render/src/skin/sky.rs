@@ -1,17 +1,18 @@
-//! Light that comes from everywhere, as spherical harmonics of the second order.
+//! Light from all directions, as spherical harmonics of the second order.
 
 use std::f32::consts::PI;
 
-/// Radiance by direction: Σ c_i Y_i, for the nine real spherical harmonics up to the second order, in the order of R. Ramamoorthi and
-/// P. Hanrahan, *An Efficient Representation for Irradiance Environment Maps* (2001): Y00, Y1−1 (y), Y10 (z), Y11 (x), Y2−2 (xy), Y2−1 (yz),
-/// Y20 (3z² − 1), Y21 (xz), Y22 (x² − y²). Directions are the camera's: x to the picture's right, y up, z towards the viewer.
+/// Radiance by direction: Σ c_i Y_i, for the nine real spherical harmonics up to the second order, in the
+/// order of R. Ramamoorthi and P. Hanrahan, *An Efficient Representation for Irradiance Environment Maps*
+/// (2001): Y00, Y1−1 (y), Y10 (z), Y11 (x), Y2−2 (xy), Y2−1 (yz), Y20 (3z² − 1), Y21 (xz), Y22 (x² − y²).
+/// Directions are the camera's: x to the picture's right, y up, z towards the viewer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sky {
     /// Red, green and blue of each, in cd/m².
     pub coefficients: [[f32; 3]; 9],
 }
 
-/// What a harmonic is multiplied by in irradiance, by its order: the cosine's own coefficients.
+/// The factor of a harmonic in irradiance, by its order: the coefficients of the cosine.
 pub(super) const COSINE: [f32; 3] = [PI, 2.0 * PI / 3.0, PI / 4.0];
 
 /// The harmonics' factors: 1, a linear one, xy and the like, 3z² − 1, x² − y².
@@ -32,15 +33,15 @@ pub(super) fn harmonics([x, y, z]: [f32; 3]) -> [f32; 9] {
 }
 
 impl Sky {
-    /// The same from everywhere, in cd/m².
+    /// A sky of the same radiance in all directions, in cd/m².
     pub fn even(radiance: [f32; 3]) -> Self {
         let mut coefficients = [[0.0; 3]; 9];
         coefficients[0] = radiance.map(|x| x / harmonics([0.0, 0.0, 1.0])[0]);
         Self { coefficients }
     }
 
-    /// That of a function of the direction, in cd/m².
-    pub fn of(radiance: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
+    /// The sky of a function of the direction, in cd/m².
+    pub fn from_radiance(radiance: impl Fn([f32; 3]) -> [f32; 3]) -> Self {
         let mut coefficients = [[0.0; 3]; 9];
         let directions = directions(4096);
         let part = 4.0 * PI / directions.len() as f32;
@@ -53,12 +54,12 @@ impl Sky {
         Self { coefficients }
     }
 
-    /// In a direction of length 1, in cd/m²; not below 0.
+    /// The radiance from a direction of length 1, in cd/m². Not below 0.
     pub fn radiance(&self, direction: [f32; 3]) -> [f32; 3] {
         self.sum(direction, [1.0; 3])
     }
 
-    /// Of a surface with this normal and nothing before it, in lx.
+    /// The irradiance of an unoccluded surface with this normal, in lx.
     pub fn irradiance(&self, normal: [f32; 3]) -> [f32; 3] {
         self.sum(normal, COSINE)
     }
@@ -73,7 +74,7 @@ impl Sky {
     }
 }
 
-/// So many directions, evenly over the ball: a spiral by the golden angle.
+/// `count` directions, evenly distributed over the sphere: a spiral by the golden angle.
 pub(super) fn directions(count: usize) -> Vec<[f32; 3]> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     let direction = |i: usize| {
@@ -103,7 +104,7 @@ mod tests {
 
     #[test]
     fn irradiance_is_the_integral_of_radiance() {
-        let sky = Sky::of(|[x, y, z]| [2.0 + y, 1.5 + 0.5 * x * z, 1.0 + z * z]);
+        let sky = Sky::from_radiance(|[x, y, z]| [2.0 + y, 1.5 + 0.5 * x * z, 1.0 + z * z]);
         let normal = [0.48, 0.6, 0.64];
         let directions = directions(100_000);
         let mut expected = [0.0_f64; 3];
@@ -117,7 +118,7 @@ mod tests {
         for (found, expected) in sky.irradiance(normal).into_iter().zip(expected) {
             assert!((f64::from(found) / expected - 1.0).abs() < 2e-3, "{found}, expected {expected}");
         }
-        // And the sky is what it was made of.
+        // The sky has the radiance from which it was made.
         let [r, g, b] = sky.radiance([0.6, 0.0, 0.8]);
         assert!((r - 2.0).abs() < 1e-2 && (g - 1.74).abs() < 1e-2 && (b - 1.64).abs() < 1e-2, "{r} {g} {b}");
     }

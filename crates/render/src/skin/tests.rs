@@ -1,4 +1,4 @@
-//! Light that spreads, against closed forms.
+//! The spread of light, compared with closed forms.
 
 use super::diffusion::{Diffusion, Effort};
 use super::profile::SKIN_PROFILE;
@@ -38,7 +38,7 @@ fn ball(n: u32, radius: f64) -> Mesh {
         let mut at = |i: u32, j: u32| {
             let grid = [sign(0) * i as i32, sign(1) * j as i32, sign(2) * (n - i - j) as i32];
             *index.entry(grid).or_insert_with(|| {
-                // More evenly than on the octahedron's faces.
+                // This spaces the vertices more evenly than on the octahedron's faces.
                 let [x, y, z] = grid.map(f64::from);
                 let p = [x, y, z].map(|c| c.signum() * (0.5 * PI * c.abs() / f64::from(n)).sin());
                 let length = p.iter().map(|c| c * c).sum::<f64>().sqrt();
@@ -62,14 +62,14 @@ fn ball(n: u32, radius: f64) -> Mesh {
 }
 
 impl Mesh {
-    /// What becomes of light at the vertices on each device here.
+    /// Spreads the light at the vertices on each device of this machine.
     fn each_device(&self, light: &[[f32; 3]], test: impl Fn(&str, &[[f32; 4]])) {
         let devices = Wgpu::devices().unwrap();
         assert!(!devices.is_empty(), "there is no device of wgpu's here");
         for info in devices {
             let wgpu = Wgpu::open(&info).unwrap();
             let (device, queue) = (wgpu.device(), wgpu.queue());
-            // In a unit of centimetres.
+            // The mesh unit is a centimetre.
             let rest: Vec<[f32; 3]> = self.rest.iter().map(|p| p.map(|x| 0.1 * x)).collect();
             let diffusion =
                 Diffusion::new(device, queue, &rest, &self.triangles, 10.0, &SKIN_PROFILE, effort(512))
@@ -118,7 +118,7 @@ fn normal(x: f64) -> f64 {
 #[test]
 fn the_edge_of_a_shadow_is_as_soft_as_the_profile_says() {
     let mesh = plane(400, 2, 0.05);
-    // Lit on the right; the edge is half-way between two vertices.
+    // The right side is lit. The edge is half-way between two vertices.
     let lit = |p: &[f32; 3]| [if p[0] > 0.02 { 1.0 } else { 0.0 }; 3];
     let light: Vec<[f32; 3]> = mesh.rest.iter().map(lit).collect();
     mesh.each_device(&light, |device, spread| {
@@ -146,7 +146,7 @@ fn a_point_of_light_becomes_the_profile() {
     mesh.each_device(&light, |device, spread| {
         for (p, spread) in mesh.rest.iter().zip(spread) {
             let r2 = f64::from(p[0]).powi(2) + f64::from(p[1]).powi(2);
-            // Red spreads that far; within three vertices the mesh is not fine enough for the narrowest.
+            // Red spreads this far. Within three vertices the mesh is too coarse for the narrowest Gaussian.
             if (0.45..5.0).contains(&r2.sqrt()) {
                 let part = |g: &super::Gaussian| {
                     g.weights[0] * (-0.5 * r2 / g.variance).exp() / (2.0 * PI * g.variance)
@@ -163,7 +163,7 @@ fn a_point_of_light_becomes_the_profile() {
 fn harmonics_on_a_ball_fade_as_fast_as_they_should() {
     const RADIUS: f64 = 10.0;
     let mesh = ball(48, RADIUS);
-    // Of the orders 1 to 6: z, xy, 5z³ − 3z, and those of equal order at the equator.
+    // Harmonics of the orders 1 to 6: z, xy, 5z³ − 3z, and sectoral ones.
     type Harmonic = fn([f64; 3]) -> f64;
     let harmonics: [(f64, Harmonic); 5] = [
         (1.0, |[_, _, z]| z),
@@ -185,7 +185,7 @@ fn harmonics_on_a_ball_fade_as_fast_as_they_should() {
                 };
                 let expected: f64 = SKIN_PROFILE.iter().map(fades).sum();
                 assert!((left / expected - 1.0).abs() < 0.01, "{device}: {order}: {left}, not {expected}");
-                // It stays that harmonic.
+                // The light is still that harmonic.
                 let off =
                     mesh.rest.iter().zip(spread).map(|(p, s)| (f64::from(s[c]) - expected * of(p)).abs());
                 let (off, most) = (off.fold(0.0, f64::max), mesh.rest.iter().map(of).fold(0.0, f64::max));
@@ -221,7 +221,7 @@ fn even_light_stays_even_and_none_is_lost() {
 
 #[test]
 fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
-    // A plane in which one vertex is beside another by a micrometre: its light would be gone at once.
+    // A plane in which one vertex is a micrometre beside another. Its light would leave at once.
     let mut mesh = plane(20, 20, 0.5);
     let middle = mesh.rest.len() / 2;
     mesh.rest[middle][0] += 0.499;
@@ -233,11 +233,11 @@ fn where_triangles_are_too_fine_light_is_slower_and_nothing_else() {
     assert!(diffusion.too_fine > 0.0 && diffusion.too_fine < 0.01, "{}", diffusion.too_fine);
     let lit: Vec<[f32; 4]> = mesh.rest.iter().map(|p| [if p[1] > 0.1 { 1.0 } else { 0.0 }; 4]).collect();
     let found = run(&wgpu, &diffusion, &lit);
-    // A wave that is not damped would be far outside.
+    // A wave that is not damped would be far outside of this range.
     let colours = found.iter().flat_map(|s| &s[..3]);
     let (least, most) = colours.fold((0.0_f32, 0.0_f32), |(a, b), x| (a.min(*x), b.max(*x)));
     assert!(least > -0.01 && most < 1.01, "{least} to {most}");
-    // And the light on both sides is that of a plane, far from the vertex.
+    // Far from the vertex, the light on both sides is that of a plane.
     let even = plane(20, 20, 0.5);
     let expected =
         Diffusion::new(device, queue, &even.rest, &even.triangles, 1.0, &SKIN_PROFILE, effort(128)).unwrap();

@@ -1,4 +1,5 @@
-//! Which light reaches which vertex: the mesh drawn as the key light and the sky's directions see it.
+//! The light that reaches each vertex. The mesh is drawn as the key light and the directions of the sky see
+//! it.
 
 use super::compute::{self, Bind};
 use crate::camera::Sphere;
@@ -9,9 +10,9 @@ use rhytid_core::Result;
 const DIRECTION_WORDS: usize = 28;
 /// Texels of a side of the key light's map, and of the sky's.
 pub(super) const SIDES: [u32; 2] = [2048, 512];
-/// Directions that the sky is looked at from.
+/// The number of directions of the sky.
 pub(super) const SKY: usize = 32;
-/// What motion may leave the ball around the mesh at rest.
+/// The factor by which a moving mesh may exceed its ball at rest.
 const ROOM: f32 = 1.15;
 
 /// Finds the part of light that reaches each vertex of a frame.
@@ -25,10 +26,10 @@ pub(crate) struct Visibility {
     caster: wgpu::RenderPipeline,
     begin: wgpu::ComputePipeline,
     look: wgpu::ComputePipeline,
-    /// The key light's and the sky's: distances, and what depth tests need.
+    /// The maps of the key light and of the sky: distances, and the depths for depth tests.
     maps: [[wgpu::TextureView; 2]; 2],
     sphere: Sphere,
-    /// V × 4, as `visibility.wgsl` says.
+    /// V × 4, as described in `visibility.wgsl`.
     pub seen: wgpu::Buffer,
 }
 
@@ -43,18 +44,18 @@ pub(super) struct Arrays<'a> {
 /// The key light, in the mesh's space.
 #[derive(Clone, Copy)]
 pub(super) struct KeyLight {
-    /// Points to it.
+    /// The direction to the light.
     pub toward: Vec3,
-    /// Mesh units over which its shadows are soft.
+    /// The width of the soft edge of its shadows, in mesh units.
     pub penumbra: f32,
 }
 
 /// A direction of the sky, in the mesh's space.
 #[derive(Clone, Copy)]
 pub(super) struct SkyLight {
-    /// Points to it.
+    /// The direction to the light.
     pub toward: Vec3,
-    /// The luminance that comes from there.
+    /// The luminance from this direction.
     pub brings: f32,
 }
 
@@ -135,7 +136,7 @@ impl Visibility {
         })
     }
 
-    /// Finds it for the `key` light and the `sky`.
+    /// Finds the part of light that reaches each vertex, for the `key` light and the `sky`.
     pub(super) fn run(
         &self,
         device: &wgpu::Device,
@@ -215,7 +216,7 @@ impl Visibility {
         pass.draw_indexed(0..(triangles.size() / 4) as u32, 0, 0..1);
     }
 
-    /// The uniforms of a direction; the key light's has a `penumbra`.
+    /// The uniforms of a direction. Only the key light has a `penumbra`.
     fn direction(&self, toward: Vec3, brings: f32, penumbra: Option<f32>) -> [f32; DIRECTION_WORDS] {
         let side = SIDES[usize::from(penumbra.is_none())] as f32;
         let (r, center) = (self.sphere.radius, Vec3::from_array(self.sphere.center));
@@ -233,7 +234,8 @@ impl Visibility {
         let mut words = [0.0; DIRECTION_WORDS];
         words[..16].copy_from_slice(&map_from_mesh.to_cols_array());
         words[16..20].copy_from_slice(&toward.extend(brings).to_array());
-        // A texel is the least that a filter can be, and what a surface that bends between its vertices is off by.
+        // A filter is at least about a texel wide. This also covers the error of a surface that bends between
+        // its vertices.
         let radius = penumbra.map_or(1.5, |penumbra| (penumbra / texel).clamp(1.5, 16.0));
         words[20..24].copy_from_slice(&[side, radius, texel, 2.0 * r]);
         words[24] = f32::from_bits(u32::from(penumbra.is_some()));

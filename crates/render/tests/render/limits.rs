@@ -1,21 +1,24 @@
-//! Devices that allow less than is needed: a sentence, and nothing worse.
+//! Devices that allow less than is needed: the error is one sentence, and nothing panics.
 
-use rhytid_core::{Error, Faces, Result, UpAxis};
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{Backend, Error, Faces, Result, UpAxis};
 use rhytid_render::{
     Camera, FrameBuffers, Mark, Offscreen, Overlay, Picture, Renderer, Skin, SkinRenderer, View,
 };
 
-/// Devices of every adapter here that allow no more than `lower` leaves.
+/// A device of every adapter of this machine, with limits reduced by `lower`.
 fn each_device(lower: impl Fn(&mut wgpu::Limits), test: impl Fn(&wgpu::Device, &wgpu::Queue)) {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
     let adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
-    assert!(!adapters.is_empty(), "there is no device of wgpu's here");
-    for adapter in adapters {
+    let devices = Wgpu::devices().unwrap();
+    assert!(!devices.is_empty(), "there is no device of wgpu's here");
+    let is_listed = |adapter: &wgpu::Adapter| devices.iter().any(|device| Wgpu::is(adapter, device));
+    for adapter in adapters.into_iter().filter(is_listed) {
         let mut limits = wgpu::Limits::default().or_worse_values_from(&adapter.limits());
         lower(&mut limits);
         let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor)).unwrap();
-        // What no scope catches would be a panic.
+        // An error that no scope catches would be a panic.
         test(&device, &queue);
     }
 }
@@ -32,7 +35,7 @@ fn sheet(n: u32) -> (Vec<[f32; 3]>, Faces, Vec<[u32; 3]>) {
     (rest, faces, triangles)
 }
 
-/// One sentence that says what was needed of what, what there is, and what to do.
+/// Asserts that the error is one sentence that names the limit, the need, what there is, and what to do.
 #[track_caller]
 fn assert_refused<T>(result: Result<T>, words: &[&str]) {
     let Err(Error::Input(said)) = result.map(|_| ()) else { panic!("expected a sentence: {words:?}") };
@@ -69,7 +72,8 @@ fn a_mesh_that_is_too_large_is_refused() {
     each_device(with(20_172), |device, queue| {
         FrameBuffers::new(device, queue, rest.len()).unwrap();
     });
-    // Each vertex has 16 bytes of light, and eight of each link to a neighbour, which a sheet of squares has 4 of.
+    // Each vertex has 16 bytes of light, and 8 bytes for each link to a neighbour. In a sheet of squares a
+    // vertex has 4 links.
     let binding = |bytes| move |limits: &mut wgpu::Limits| limits.max_storage_buffer_binding_size = bytes;
     each_device(binding(26_895), |device, queue| {
         let words = ["max_storage_buffer_binding_size of 26,896", "allows 26,895", "draw without skin"];
@@ -111,7 +115,7 @@ fn pictures_images_and_marks_that_are_too_large_are_refused() {
         let page = |size| Offscreen::new(device, queue, size);
         assert_refused(page([1025, 8]), &["1025 × 8 pixels", "1 to 1024"]);
         assert_refused(page([0, 8]), &["0 × 8 pixels", "1 to 1024"]);
-        // Rows are of 256 bytes.
+        // A row has a multiple of 256 bytes.
         assert_refused(page([65, 129]), &["65 × 129", "max_buffer_size of 66,048", "a smaller picture"]);
         page([65, 128]).unwrap();
         let mut renderer = Renderer::new(device, queue, &faces, &triangles, Offscreen::TARGET).unwrap();

@@ -1,4 +1,4 @@
-//! Pictures on every device here, against what is known of them.
+//! Pictures on every device of this machine, compared with known results.
 
 use crate::each_device;
 use rhytid_backend_wgpu::Wgpu;
@@ -90,7 +90,7 @@ fn a_ball_covers_its_disc() {
     each_device(|device, wgpu| {
         let picture = mesh.draw(wgpu, &camera, size, Look::Smooth);
         let covered: f64 = picture.pixels.iter().skip(3).step_by(4).map(|a| f64::from(*a) / 255.0).sum();
-        // It just fits into the height.
+        // The ball just fits into the height.
         let disc = std::f64::consts::PI * 150.0 * 150.0;
         assert!((covered / disc - 1.0).abs() < 0.005, "{device}: {covered} pixels, expected {disc}");
     });
@@ -133,7 +133,7 @@ fn light_falls_as_it_should_and_the_inside_is_darker() {
 #[test]
 fn what_is_nearer_hides_what_is_behind() {
     let mut mesh = Mesh::sheet(1);
-    // A smaller sheet before it, first in the file; it has another number.
+    // A smaller sheet in front, which is first in the file. It has another number.
     let small: Vec<[f32; 3]> = mesh.positions.iter().map(|p| [0.4 * p[0], 0.4 * p[1], 0.5]).collect();
     mesh.positions = [small, mesh.positions.clone()].concat();
     mesh.normals = vec![[0.0, 0.0, 1.0]; 8];
@@ -163,7 +163,8 @@ fn numbers_have_the_colours_that_the_legend_says() {
         each_device(|device, wgpu| {
             let picture = mesh.draw(wgpu, &camera, size, look);
             for v in [10, 12, 16, 24, 31, 40, 47, 55, 60, 70] {
-                // The pixel's middle is up to 0.7 pixels from the vertex: its number by hand, within its triangle.
+                // The pixel's middle is up to 0.7 pixels from the vertex. Its number is interpolated by hand
+                // within its triangle.
                 let [x, y, _] = camera.project(size, mesh.positions[v]);
                 let at = [x as u32, y as u32];
                 let pixels = |x: f32| (x - 300.0) / (camera.project(size, [1.0, 0.0, 0.0])[0] - 300.0);
@@ -190,7 +191,7 @@ fn a_lit_heat_map_has_its_colours_in_the_light() {
 }
 
 impl Mesh {
-    /// The number at a place of the sheet, linear in each triangle.
+    /// The number at a place of the sheet. It is linear in each triangle.
     fn number_at(&self, [x, y]: [f32; 2]) -> f32 {
         let inside = self.triangles.iter().find_map(|triangle| {
             let [a, b, c] = triangle.map(|v| self.positions[v as usize]);
@@ -214,7 +215,7 @@ fn wires_are_the_edges_of_polygons_that_are_in_front() {
         let picture = mesh.draw(wgpu, &camera, size, Look::Wireframe);
         let brightness = |x: f32, y: f32| {
             let [x, y, _] = camera.project(size, [x, y, 0.0]);
-            // Lines are a pixel wide, on either side of what they are at.
+            // Lines are a pixel wide, and may be on either side of their place.
             let near = [[-1, 0], [0, 0], [0, -1], [-1, -1]];
             near.map(|[dx, dy]| picture.pixel([(x as i32 + dx) as u32, (y as i32 + dy) as u32])[1])
                 .into_iter()
@@ -223,7 +224,7 @@ fn wires_are_the_edges_of_polygons_that_are_in_front() {
         for at in [-0.8, -0.2, 0.3] {
             assert!(brightness(0.5, at) > Some(110) && brightness(at, -0.5) > Some(110), "{device}");
         }
-        // Not the diagonals, by which quads are cut.
+        // The diagonals that cut the quads are not drawn.
         for (x, y) in [(0.25, 0.25), (-0.25, -0.25), (0.6, 0.6)] {
             assert!(brightness(x, y) < Some(90), "{device}: {:?}", brightness(x, y));
         }
@@ -233,7 +234,7 @@ fn wires_are_the_edges_of_polygons_that_are_in_front() {
 #[test]
 fn a_background_is_as_it_was_asked_for_and_shows_at_the_rim() {
     let (mesh, size) = (Mesh::sheet(1), [101, 101]);
-    // Turned by a little, so that its rim runs through pixels.
+    // The sheet is turned a little, so its rim runs through pixels.
     let camera = mesh.camera(View { turn: 10.0, raise: 10.0, ..View::default() }, size);
     each_device(|device, wgpu| {
         let (gpu, queue) = (wgpu.device(), wgpu.queue());
@@ -248,7 +249,7 @@ fn a_background_is_as_it_was_asked_for_and_shows_at_the_rim() {
         assert_eq!((clear.pixel([0, 0]), blue.pixel([0, 0])), ([0; 4], [10, 60, 200, 255]), "{device}");
         let mut rim = 0;
         for pixel in clear.pixels.chunks(4).filter(|pixel| !matches!(pixel[3], 0 | 255)) {
-            // White skin stays white where half of it is there.
+            // White skin stays white in pixels that it covers by half.
             assert!(pixel[..3].iter().all(|part| *part > 225), "{device}: {pixel:?}");
             rim += 1;
         }
@@ -359,7 +360,7 @@ fn a_matcap_is_a_balls_picture_by_direction() {
             near(turned.draw(wgpu, &camera, size, Look::Matcap).pixel([100, 100]), at([x, y]), device);
         }
     });
-    // From its inside it is as from its outside, but darker.
+    // The inside looks like the outside, but darker.
     for normal in &mut mesh.normals {
         *normal = [0.0, 0.0, 1.0];
     }
@@ -399,12 +400,13 @@ fn textures_are_where_their_coordinates_say() {
     let size = [400, 400];
     let camera = mesh.camera(View { lens: 800.0, ..View::default() }, size);
     let (red, green, blue, white) = ([255, 0, 0, 255], [0, 255, 0, 255], [0, 0, 255, 255], [255; 4]);
-    // Rows from the top: red and green over blue and white, 64 pixels each way so that their middles are themselves.
+    // Rows begin at the top: red and green over blue and white. With 64 pixels along each side, the middle of
+    // each quarter has exactly its colour.
     let mut image = Picture::filled([64, 64], white);
     for (colour, at) in [(red, [0, 0]), (green, [32, 0]), (blue, [0, 32])] {
         image.put(&Picture::filled([32, 32], colour), at);
     }
-    // Each quad has the whole image: the vertices between them have two places on it.
+    // Each quad has the whole image. So vertices between quads have two places on it.
     let square = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let uvs = Uvs { values: square, corners: Some(vec![0, 1, 2, 3, 0, 1, 2, 3]) };
     let materials = Materials { names: vec!["a".into(), "b".into()], of_face: vec![0, 1] };
@@ -430,13 +432,13 @@ fn textures_are_where_their_coordinates_say() {
             textured(&mesh, wgpu, &camera, size, (&uvs, Some(&materials), &[Some(image.clone()), None]));
         near(pixel(&one, -0.8, -0.2), lit([1.0, 0.0, 0.0]), device);
         near(pixel(&one, 0.2, -0.2), lit(SKIN), device);
-        // By vertex: the image over both.
+        // Coordinates per vertex: one image over both quads.
         let over = (0..9).map(|v| [(v % 3) as f32 / 2.0, (v / 3) as f32]).collect();
         let over = Uvs { values: over, corners: None };
         let wide = textured(&mesh, wgpu, &camera, size, (&over, None, &[Some(image.clone())]));
         near(pixel(&wide, -0.2, -0.2), lit([1.0, 0.0, 0.0]), device);
         near(pixel(&wide, 0.2, -0.2), lit([0.0, 1.0, 0.0]), device);
-        // A board that is finer than pixels is grey: half the light.
+        // A checkerboard finer than pixels is grey: half the light.
         let fine = (0..512 * 512).flat_map(|i| if (i + i / 512) % 2 == 0 { white } else { [0, 0, 0, 255] });
         let fine = Picture { size: [512, 512], pixels: fine.collect() };
         let far = mesh.camera(View { lens: 8.0, ..View::default() }, [40, 40]);

@@ -1,4 +1,4 @@
-//! Pictures on every device here.
+//! Pictures on every device of this machine.
 
 mod limits;
 mod looks;
@@ -7,7 +7,7 @@ mod skin;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::Backend;
 
-/// Each device here, named in what is said of a failure.
+/// Runs `test` on each device of this machine, with its name for messages of failures.
 fn each_device(test: impl Fn(&str, &Wgpu)) {
     let devices = Wgpu::devices().unwrap();
     assert!(!devices.is_empty(), "there is no device of wgpu's here");

@@ -1,4 +1,4 @@
-//! Skin on every device here, against what light does.
+//! Skin on every device of this machine, compared with physics.
 
 use crate::each_device;
 use rhytid_backend_wgpu::Wgpu;
@@ -8,7 +8,7 @@ use rhytid_render::{
 };
 use std::f32::consts::PI;
 
-/// A display's white is 1.2 cd/m² then, so that a radiance of 1 is 1/1.2.
+/// With this exposure, a display's white is 1.2 cd/m². A radiance of 1 is thus 1/1.2.
 const EXPOSURE: f32 = 0.0;
 
 struct Mesh {
@@ -19,7 +19,7 @@ struct Mesh {
 }
 
 impl Mesh {
-    /// A grid of n × n squares from −1 to 1, each of whose points is put somewhere.
+    /// A grid of n × n squares from −1 to 1. `place` gives the position and the normal of each point.
     fn grid(n: u32, place: impl Fn(f32, f32) -> ([f32; 3], [f32; 3])) -> Self {
         let at = |i: u32| i as f32 / n as f32 * 2.0 - 1.0;
         let grid = (0..=n).flat_map(|y| (0..=n).map(move |x| [at(x), at(y)]));
@@ -75,7 +75,7 @@ impl Mesh {
 
 const SIDE: u32 = 200;
 
-/// What a pixel shows, linear.
+/// The linear colour of a pixel.
 fn linear(picture: &Picture, at: [u32; 2]) -> [f32; 3] {
     let [r, g, b, _] = picture.pixel(at);
     [r, g, b].map(|part| {
@@ -84,7 +84,8 @@ fn linear(picture: &Picture, at: [u32; 2]) -> [f32; 3] {
     })
 }
 
-/// What is thrown back of even light at a cosine, by one lobe: the fit that the shader names, from its article's numbers.
+/// The part of even light that one lobe reflects at a cosine. It is the fit that the shader names, with the
+/// numbers of its article.
 fn thrown_back(reflectance: f32, roughness: f32, cosine: f32) -> f32 {
     let r = [(-1.0, 1.0), (-0.0275, 0.0425), (-0.572, 1.04), (0.022, -0.04)].map(|(a, b)| roughness * a + b);
     let a = (r[0] * r[0]).min((-9.28 * cosine).exp2()) * r[0] + r[1];
@@ -121,7 +122,7 @@ fn a_white_furnace_throws_back_no_more_than_comes() {
             for x in 0..SIDE {
                 let from_middle = (x as f32 - 99.5).hypot(y as f32 - 99.5);
                 for part in linear(&picture, [x, y]) {
-                    // 0.5 comes; a little of what the surface throws back is lost inside.
+                    // 0.5 is expected. A little of the light that the surface reflects is lost inside.
                     let least = if from_middle < 90.0 { 0.44 } else { 0.0 };
                     assert!(part < 0.505 && part >= least, "{device}: {part} at {x}, {y}");
                 }
@@ -139,7 +140,7 @@ fn the_key_light_falls_and_shines_as_it_should() {
             let camera = sheet.camera(View { turn, lens: 2000.0, ..View::default() });
             let lights = Lights { toward, key: [1.5; 3], ..dark() };
             let picture = sheet.draw(wgpu, &camera, skin, &lights);
-            // The sheet's normal as the camera sees it; the eye is far away.
+            // The sheet's normal as the camera sees it. The eye is far away.
             let (sin, cos) = f32::sin_cos(f32::to_radians(turn));
             let (n, eye): ([f32; 3], [f32; 3]) = ([-sin, 0.0, cos], [0.0, 0.0, 1.0]);
             let dot = |a: [f32; 3], b: [f32; 3]| (0..3).map(|c| a[c] * b[c]).sum::<f32>();
@@ -172,7 +173,7 @@ fn the_key_light_falls_and_shines_as_it_should() {
 
 #[test]
 fn shadows_are_where_they_should_be_and_nowhere_else() {
-    // A square of 8 mm, 10 mm above a sheet, lit from 45° on the right; and a ball beside it.
+    // A square of 8 mm, 10 mm above a sheet, lit from 45° on the right. A ball is beside it.
     let square = Mesh::grid(4, |x, y| ([4.0 * x, 4.0 * y, 10.0], [0.0, 0.0, 1.0]));
     let mesh = Mesh::sheet(120, 60.0).and(square);
     let camera = mesh.camera(View { lens: 2000.0, ..View::default() });
@@ -189,18 +190,18 @@ fn shadows_are_where_they_should_be_and_nowhere_else() {
         let grazing = 1.0 - thrown_back_by(&matt, half);
         let expected = 2.0 * half * grazing * (1.0 - thrown_back_by(&matt, 1.0)) / PI / 1.2;
         assert!((lit - expected).abs() < 0.01, "{device}: {lit}, not {expected}");
-        // Rays at 45° put the shadow as far to the left as the square is high. In its middle there is what red light has spread by 4 mm from
-        // its four sides: of each Gaussian 1 − erf(4/√2v)², by its weight.
+        // Rays at 45° put the shadow as far to the left as the square is high. Red light spreads to its
+        // middle by 4 mm from its four sides: 1 − erf(4/√2v)² of each Gaussian, times its weight.
         let outside = 0.078 * (1.0 - 0.858_4_f32.powi(2)) + 0.358 * (1.0 - 0.995_4_f32.powi(2));
         let dark = linear(&picture, at(-10.0, 0.0));
         let off = (dark[0] / lit - outside).abs();
         assert!(off < 0.008 && dark[2] < 0.002, "{device}: {dark:?} of {lit}, not {outside}");
-        // Of green, which spreads less than a millimetre, half arrives at the shadow's rims.
+        // Green spreads less than a millimetre, so half of it arrives at the shadow's rims.
         for (x, y) in [(-14.0, 0.0), (-6.0, 0.0), (-10.0, 4.0), (-10.0, -4.0)] {
             let [_, rim, _] = linear(&picture, at(x, y));
             assert!((rim / lit - 0.5).abs() < 0.2, "{device}: {} at {x}, {y}", rim / lit);
         }
-        // Nothing else is darker anywhere: no surface shades itself.
+        // No other place is darker: no surface shades itself.
         for i in 0..40 {
             for j in 0..40 {
                 let (x, y) = (1.4 * i as f32 - 27.0, 1.4 * j as f32 - 27.0);
@@ -210,7 +211,7 @@ fn shadows_are_where_they_should_be_and_nowhere_else() {
             }
         }
     });
-    // A ball is lit down to where the light only grazes it.
+    // A ball is lit up to the places where the light only grazes it.
     let ball = Mesh::ball(96, 40.0);
     let camera = ball.camera(View { lens: 2000.0, ..View::default() });
     each_device(|device, wgpu| {
@@ -246,14 +247,15 @@ fn a_wall_takes_half_of_the_sky() {
             linear(&picture, [x as u32, y as u32])[2]
         };
         let even = 0.5 * (1.0 - thrown_back_by(&matt, 0.5)) * (1.0 - thrown_back_by(&matt, 1.0));
-        // What a wall of height h and length l on one side hides of a point at the distance d, by its view factor.
+        // The part of the sky that a wall of height h and length l hides from a point at the distance d, by
+        // its view factor.
         let hidden = |d: f32| {
             let (h, l) = (100.0_f32, 30.0_f32);
             let c = (h * h + d * d).sqrt();
-            // Twice that of the half of the wall on one side of the point.
+            // Twice the view factor of half of the wall, on one side of the point.
             ((l / d).atan() - d / c * (l / c).atan()) / PI
         };
-        // By 16 directions on this side.
+        // There are 16 directions on this side.
         for d in [2.0_f32, 10.0, 30.0, 55.0] {
             let (found, expected) = (at(d - 30.0) / even, 1.0 - hidden(d));
             assert!(
@@ -280,10 +282,11 @@ fn tones_are_what_their_makers_say() {
             assert!(off < 0.01, "{device}: {found:?}, expected {expected:?}");
         };
         near(shown(Tone::Linear, [0.2, 0.5, 3.0]), [0.2, 0.5, 1.0]);
-        // What is not bright is as it is, but for the 4 % that a mirror of 4 % throws back.
+        // Colours that are not bright stay unchanged, except for the 4 % that a mirror of 4 % reflects.
         near(shown(Tone::Neutral, [0.2, 0.5, 0.7]), [0.16, 0.46, 0.66]);
         near(shown(Tone::Neutral, [0.04, 0.04, 0.04]), [0.01; 3]);
-        // 1.04 is 1 without the mirror: 0.24 beyond the knee, which has 0.24 of room: half of it is used.
+        // 1.04 is 1 without the mirror. This is 0.24 beyond the knee, which has room for 0.24. Half of the
+        // room is used.
         near(shown(Tone::Neutral, [1.04, 1.04, 1.04]), [0.88; 3]);
         // A middle grey is half-way up the display's scale, and a bright colour becomes paler.
         near(shown(Tone::Agx, [0.18; 3]), [0.5_f32.powf(2.2); 3]);

@@ -1,4 +1,4 @@
-//! Findings of the examples: each beside the neutral.
+//! Findings about the examples, each compared with the neutral.
 use super::finding::{Finding, Report, Severity};
 use super::words::{count, first_few, length};
 use crate::align::{Misplaced, misplaced};
@@ -6,19 +6,19 @@ use glam::DVec3;
 use rhytid_core::{Example, Face, VertexId};
 use rhytid_geometry::{Topology, triangulate};
 
-/// An example is said to be in another place from so many degrees or metres on.
+/// The degrees and the metres from which on an example is reported as being in another place.
 const MISPLACED: (f64, f64) = (0.5, 5e-4);
 
-/// What is pinned and moves by more in an example, in metres, was meant to move.
+/// A pinned vertex that moves by more than this in an example, in metres, was meant to move.
 const PINNED_MOVES: f64 = 1e-3;
 
-/// Edges that are so many times as long as in the neutral tear no skin.
+/// An edge is torn only if it is more than this many times as long as in the neutral.
 const TORN: f64 = 4.0;
 
-/// And by at least this part of the mesh's size: small edges stretch.
+/// A torn edge is also longer by this part of the mesh's size, because small edges may stretch.
 const TORN_BY: f64 = 0.02;
 
-/// What comes within this part of the mesh's size does not move.
+/// A movement within this part of the mesh's size counts as none.
 const STILL: f64 = 1e-6;
 
 pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
@@ -33,7 +33,7 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
             continue;
         }
         report.findings.extend(beside.torn_or_far_away());
-        // Pins that a motion of the whole head moves are no fault of theirs.
+        // If the whole head has moved, its pins move without a fault of their own.
         report.findings.extend(match misplaced.iter().find(|found| found.example == example.name) {
             Some(found) => beside.in_another_place(found),
             None => beside.pinned_moves(),
@@ -53,22 +53,22 @@ fn warning(code: &'static str, message: String) -> Finding {
     Finding { severity: Severity::Warning, code, message }
 }
 
-/// The neutral, as examples are compared with it.
+/// The neutral, with the data that comparisons of examples need.
 struct Neutral {
     rest: Vec<DVec3>,
     topology: Topology,
-    /// Of its bounding box.
+    /// The diagonal of its bounding box.
     diagonal: f64,
 }
 
-/// An example beside the neutral.
+/// An example, compared with the neutral.
 struct BesideNeutral<'a> {
     example: &'a Example,
     face: &'a Face,
     neutral: &'a Neutral,
-    /// How far the vertex moves that moves furthest.
+    /// The largest movement of a vertex.
     furthest: f64,
-    /// Which vertex that is.
+    /// The vertex with the largest movement.
     vertex: usize,
 }
 
@@ -88,7 +88,7 @@ impl<'a> BesideNeutral<'a> {
         DVec3::from_array(self.example.positions[v])
     }
 
-    /// How far a vertex moves.
+    /// The distance that a vertex moves.
     fn moved(&self, v: usize) -> f64 {
         self.at(v).distance(self.neutral.rest[v])
     }
@@ -133,10 +133,10 @@ impl<'a> BesideNeutral<'a> {
         }
     }
 
-    /// The vertices of which all edges are much longer than at rest.
+    /// The vertices whose edges are all much longer than at rest.
     fn torn(&self) -> Vec<usize> {
         let Neutral { rest, topology, diagonal } = self.neutral;
-        // A scan in another unit is larger altogether.
+        // A scan in another unit is larger as a whole.
         let positions = self.example.positions.iter().copied().map(DVec3::from_array);
         let larger = (extent(positions) / diagonal).max(1.0);
         let is_torn = |v: &usize| is_torn(*v, topology, |v| larger * rest[v], |v| self.at(v), *diagonal);

@@ -1,4 +1,4 @@
-//! Findings: what the doctor says, and how much it matters.
+//! Findings of the doctor, and their severity.
 
 use rhytid_core::Error;
 
@@ -14,7 +14,7 @@ pub enum Severity {
     Error,
 }
 
-/// One thing that the doctor saw.
+/// One finding of the doctor.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Finding {
     /// How much it matters.
@@ -26,7 +26,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// The same as an [`Error::Input`], whose kind goes by the code.
+    /// The finding as an [`Error::Input`], whose kind depends on the code.
     pub fn error(&self) -> Error {
         let message = &*self.message;
         match self.code {
@@ -45,10 +45,10 @@ impl Finding {
     }
 }
 
-/// What the doctor saw.
+/// The findings of the doctor.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct Report {
-    /// Worst first; in the order of the checks where equal.
+    /// The worst findings come first. Equally bad ones are in the order of the checks.
     pub findings: Vec<Finding>,
 }
 

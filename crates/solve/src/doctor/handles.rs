@@ -1,4 +1,4 @@
-//! Findings of the handles: where they are on the mesh, and what lies between two.
+//! Findings about the handles: their places on the mesh, and the ways between them.
 use super::finding::{Report, Severity};
 use super::words::{count, first_few, length};
 use crate::driven::DrivenComponents;
@@ -11,19 +11,19 @@ use rhytid_geometry::triangulate;
 use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::normals;
 
-/// Nearest handles that a handle is compared with.
+/// The number of nearest handles that a handle is compared with.
 const NEIGHBORS: usize = 4;
 
-/// A way along the skin that is so many times as long as the straight one goes around something.
+/// A way along the skin goes around something if it is this many times as long as the straight way.
 const AROUND: f64 = 3.0;
 
-/// And by at least this, in metres: a lip is no detour.
+/// It is also longer by at least this, in metres: a lip is no detour.
 const AROUND_BY: f64 = 0.01;
 
-/// A handle of which less is seen from outside is in a hole.
+/// A handle is in a hole if its exposure is below this.
 const HIDDEN: f64 = 0.05;
 
-/// The mean direction that the handles face is along the up axis where its cosine is beyond this.
+/// The handles face along the up axis if the cosine between their mean direction and the axis is beyond this.
 const UPWARDS: f64 = 0.8;
 
 pub(super) fn examine(face: &Face, report: &mut Report) {
@@ -40,7 +40,8 @@ fn named(face: &Face, h: usize) -> String {
     format!("{} (vertex {})", face.handles.labels[h], face.handles.vertices[h])
 }
 
-/// Handles whose nearest neighbours all sit on other components: often a marker snapped to an eyeball or a lash.
+/// Handles whose nearest neighbours are all on other components. Often such a marker has snapped to an
+/// eyeball or a lash.
 fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
     let vertices = &face.handles.vertices;
     let components = DrivenComponents::new(&face.neutral.positions, triangles, vertices);
@@ -94,7 +95,7 @@ fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut
     }
 }
 
-/// Strain edges that are much shorter than the way along the skin.
+/// Strain edges whose way along the skin is much longer than the edge.
 fn detours(face: &Face, topology: &Topology, report: &mut Report) {
     let rest = &face.neutral.positions;
     let vertices = &face.handles.vertices;
@@ -117,7 +118,7 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
             }
         }
         StrainEdges::Auto => {
-            // The way over the place where the two cells touch is as long as any.
+            // The way over the place where the two cells touch stands for the shortest one.
             let cells = nearest_handles(&graph, vertices);
             let of: Vec<Option<HandleId>> = cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
             let mut edges = geodesic::touching_cells(topology, &of);
@@ -136,7 +137,8 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
         let labels = &face.handles.labels;
         let named: Vec<String> =
             detours.iter().map(|[a, b]| format!("{}–{}", labels[a.index()], labels[b.index()])).collect();
-        // Those that the solve makes itself are there because cells touch somewhere: a corner of the mouth without a marker.
+        // The solve makes such edges because cells touch somewhere, as at a corner of the mouth without a
+        // marker.
         let severity = match face.settings.strain_edges {
             StrainEdges::Auto => Severity::Note,
             StrainEdges::Given(_) => Severity::Warning,
@@ -155,7 +157,7 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
     }
 }
 
-/// An up axis along which the face looks.
+/// Finds an up axis along which the face looks.
 fn up(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Report) {
     let normal = |v: VertexId| {
         let triangles_at = topology.vertex_triangles.at(v.index());
@@ -167,7 +169,7 @@ fn up(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Rep
         UpAxis::Z => (DVec3::Z, "z", "y"),
     };
     let count = face.handles.vertices.len() as f64;
-    // A face looks ahead with most of its handles; what goes all around does not say.
+    // Most handles of a face look ahead. Handles all around a mesh say nothing.
     if count >= 4.0 && sum.length() > 0.5 * count && sum.normalize().dot(axis).abs() > UPWARDS {
         report.add(
             Severity::Warning,

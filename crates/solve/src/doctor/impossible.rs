@@ -7,20 +7,21 @@ use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
 use std::collections::HashMap;
 
-/// What float32 rounds away, at most, of a number's size.
+/// The largest rounding of float32, as a part of a number.
 pub(super) const FLOAT32: f64 = f32::EPSILON as f64 / 2.0;
-/// The part of a mesh's size by which its vertices may not be moved.
+/// The largest rounding of vertices that is accepted, as a part of the mesh's size.
 const BLURRED: f64 = 0.01;
-/// Bending lengths, in sizes of the mesh, that the system can be solved for: neither a membrane nor a plate of nothing else.
+/// The bending lengths for which the system can be solved, in sizes of the mesh. Outside this range, it is a
+/// pure membrane or a pure plate.
 const BENDING_LENGTHS: std::ops::RangeInclusive<f64> = 1e-6..=1e4;
 
-/// One thing that may make a solve impossible.
+/// One check for something that makes a solve impossible.
 enum Check {
-    /// The checks behind it rely on it: what it finds ends the examination.
+    /// Later checks rely on this one, so its finding ends the examination.
     Needed(fn(&Face) -> Option<Finding>),
     /// Finds at most one thing.
     One(fn(&Face) -> Option<Finding>),
-    /// Finds something of each handle, example or setting.
+    /// Finds faults of each handle, example or setting.
     Each(fn(&Face) -> Vec<Finding>),
 }
 
@@ -87,7 +88,7 @@ fn faulty_faces(face: &Face) -> Option<Finding> {
     Some(error("faces", format!("the neutral mesh: {fault}")))
 }
 
-/// The rig carries the texture coordinates along.
+/// Texture coordinates that the rig could not carry.
 fn faulty_uvs(face: &Face) -> Option<Finding> {
     let mesh = &face.neutral;
     let fault = mesh.uvs.as_ref()?.fault(mesh.positions.len(), &mesh.faces)?;
@@ -119,7 +120,7 @@ fn labels_without_vertices(face: &Face) -> Option<Finding> {
     })
 }
 
-/// Handles at no vertex, and labels and vertices that are listed twice.
+/// Handles without a vertex of the mesh, and labels and vertices that are listed twice.
 fn faulty_handles(face: &Face) -> Vec<Finding> {
     let vertices = face.neutral.positions.len();
     let mut found = Vec::new();
@@ -141,7 +142,7 @@ fn faulty_handles(face: &Face) -> Vec<Finding> {
                 format!("handle {label} is listed twice; each label is one marker"),
             ));
         }
-        // A label that is listed twice with its vertex was named just now.
+        // A label that is listed twice with the same vertex is reported above.
         if let Some(other) = by_vertex.insert(v, label)
             && other != label
         {
@@ -154,7 +155,7 @@ fn faulty_handles(face: &Face) -> Vec<Finding> {
     found
 }
 
-/// Examples that are another mesh than the neutral, or not finite.
+/// Examples of another mesh than the neutral's, and examples that are not finite.
 fn faulty_examples(face: &Face) -> Vec<Finding> {
     let vertices = face.neutral.positions.len();
     let mut found = Vec::new();
@@ -203,7 +204,7 @@ fn bending_length_out_of_range(face: &Face) -> Option<Finding> {
     ))
 }
 
-/// As the rig and its animations have the vertices, in float32.
+/// A mesh too far from the origin for float32, in which the rig and its animations have the vertices.
 fn far_from_origin(face: &Face) -> Option<Finding> {
     let [low, high] = bounds(face);
     let size = high.distance(low);

@@ -1,4 +1,4 @@
-//! The mesh doctor: what would hurt a solve, said before it starts.
+//! The mesh doctor. It reports what would harm a solve before the solve starts.
 mod examples;
 mod finding;
 mod handles;
@@ -12,12 +12,12 @@ pub use finding::{Finding, Report, Severity};
 use crate::mirror::with_mirror_images;
 use rhytid_core::{Face, Result};
 
-/// Looks at a face for everything that would hurt its solve. Errors are only what makes it impossible; where
-/// there are some, the finer checks are left out, since they need a whole mesh.
+/// Examines a face for everything that would harm its solve. Errors make the solve impossible. With errors,
+/// the finer checks are left out, because they need a whole mesh.
 pub fn examine(face: &Face) -> Report {
     let mut report = Report::default();
     impossible::examine(face, &mut report);
-    // The solve says it in the same words.
+    // The solve reports it in the same words.
     if !report.has_errors()
         && let Err(e) = with_mirror_images(face)
     {

@@ -1,4 +1,4 @@
-//! Findings of the neutral mesh as a surface.
+//! Findings about the surface of the neutral mesh.
 use super::finding::{Report, Severity};
 use super::words::{count, first_few};
 use crate::driven::DrivenComponents;
@@ -59,7 +59,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         );
     }
 
-    // What was named already is left out, so that it is not blamed twice.
+    // Triangles that were reported already are left out.
     let left_out: HashSet<usize> = degenerate.into_iter().chain(duplicate).collect();
     let uses = edge_uses((0..triangles.len()).filter(|t| !left_out.contains(t)).map(|t| triangles[t]));
     edges(&uses, report);
@@ -139,7 +139,7 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
     }
 }
 
-/// For each edge (lower vertex first), how many triangles run along it upwards and downwards.
+/// For each edge (lower vertex first), the number of triangles that run along it upwards and downwards.
 type EdgeUses = HashMap<(u32, u32), [u32; 2]>;
 
 fn edge_uses(triangles: impl Iterator<Item = [u32; 3]>) -> EdgeUses {
@@ -183,8 +183,8 @@ fn edges(uses: &EdgeUses, report: &mut Report) {
     }
 }
 
-/// Boundary vertices that coincide are usually one vertex, split at a texture seam by the file format. Where no
-/// handle drives them they stay together all the same.
+/// Boundary vertices that coincide are usually one vertex that the file format split at a texture seam. Where
+/// no handle drives them, they stay together anyway.
 fn seams(face: &Face, components: &DrivenComponents, uses: &EdgeUses, report: &mut Report) {
     let mut boundary: Vec<u32> =
         uses.iter().filter(|(_, [up, down])| up + down == 1).flat_map(|(&(a, b), _)| [a, b]).collect();

@@ -1,16 +1,17 @@
-//! The findings of the mesh's unit and of its place.
+//! Findings about the unit and the place of the mesh.
 use super::finding::{Report, Severity};
 use super::impossible::FLOAT32;
 use super::words::length;
 use glam::DVec3;
 use rhytid_core::Face;
 
-/// A head or face scan is about this large, in metres: the diagonal of its bounding box.
+/// The plausible sizes of a head or face scan, in metres: the diagonal of its bounding box.
 const PLAUSIBLE_DIAGONAL: std::ops::Range<f64> = 0.08..1.2;
-/// Metres by which rounding to float32 may move a vertex unsaid: a hundredth of a millimetre.
+/// Rounding to float32 that moves a vertex by less than this is not reported, in metres: a hundredth of a
+/// millimetre.
 const UNSEEN: f64 = 1e-5;
 
-/// Gives the length of the neutral's diagonal.
+/// Examines the unit and the place. The result is the length of the neutral's diagonal.
 pub(super) fn examine(face: &Face, report: &mut Report) -> f64 {
     let [low, high] = face.neutral.bounds().unwrap_or_default().map(DVec3::from_array);
     let diagonal = high.distance(low);
@@ -33,7 +34,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) -> f64 {
     }
     let farthest = low.abs().max(high.abs()).max_element();
     let rounded = farthest * face.metres_per_unit * FLOAT32;
-    // A mesh that is as large as it is far is a matter of its unit.
+    // If a mesh is as large as it is far away, the fault is its unit.
     if rounded > UNSEEN && farthest > diagonal {
         report.add(
             Severity::Warning,

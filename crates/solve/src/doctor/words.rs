@@ -1,11 +1,11 @@
-//! Words for findings: counts, lengths and lists as a sentence has them.
+//! Words for findings: counts, lengths and lists for use in sentences.
 
-/// `1 vertex`, `2 vertices`: counts as a sentence has them.
+/// A count for a sentence: `1 vertex`, `2 vertices`.
 pub(super) fn count(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 
-/// A length for a sentence: three significant digits, or whole.
+/// A length for a sentence: three significant digits, or a whole number.
 pub(super) fn length(x: f64) -> String {
     if x != 0.0 && !(1e-6..1e9).contains(&x.abs()) {
         return format!("{x:.2e}");
@@ -18,7 +18,7 @@ pub(super) fn length(x: f64) -> String {
     }
 }
 
-/// The first few of a list, and how many more there are.
+/// The first few items of a list, and the number of the others.
 pub(super) fn first_few<T: ToString>(items: &[T]) -> String {
     const FEW: usize = 5;
     let mut out = items.iter().take(FEW).map(T::to_string).collect::<Vec<_>>().join(", ");

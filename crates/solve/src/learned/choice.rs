@@ -1,4 +1,5 @@
-//! How much of the linear band is believed (step 7 of the learned method): what predicts examples best that are left out.
+//! The choice of the linear band's share s and ridge λ (step 7 of the learned method): those that best
+//! predict left-out examples.
 use super::linear_band::{LinearSettings, VertexSystem};
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
@@ -6,43 +7,45 @@ use super::vector_strains::VectorStrains;
 use rayon::prelude::*;
 use rhytid_core::{Error, LearnedSettings, Result, Table};
 
-/// s that are tried where a project names none, and how far frames are followed has no bound.
+/// The values of s that are tried if a project names none and frames are followed without a bound.
 const SHARES: [f64; 2] = [0.2, 1.0];
-/// s where it has: what is not of the share is in the basis, which goes on as far as a frame does. Leaving examples out does not
-/// tell what becomes of a pose that none of them is like.
+/// The value of s if frames are followed up to a bound. The part that does not belong to the share is in the
+/// basis, which has no bound. Leaving examples out does not test poses that are unlike all examples.
 const BOUNDED_SHARES: [f64; 1] = [1.0];
-/// λ that are tried where a project names none.
+/// The values of λ that are tried if a project names none.
 const RIDGES: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
 
-/// Leaving out one of two examples or fewer tells nothing.
+/// The fewest examples for which leaving one out is meaningful.
 const FEWEST_EXAMPLES: usize = 3;
 
 /// λ where there are fewer examples.
 const UNSEEN: f64 = 1e-2;
 
-/// Errors this near to the least, as a part of it, are as good: of those, the largest ridge is the calmest.
+/// Errors within this part of the least error count as equal. Of these candidates, the largest ridge is
+/// chosen, because it is the calmest.
 const AS_GOOD: f64 = 0.02;
 
-/// Vertices that are looked at.
+/// The number of vertices in the sample.
 const SAMPLES: usize = 1024;
 
-/// A choice of s and λ, and what it is worth.
+/// A pair of s and λ, with its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
     /// s.
     pub share: f64,
     /// λ.
     pub ridge: f64,
-    /// The RMS distance, in mesh units, from the smooth part of each example to what the others predict, over a sample of
-    /// the surface; NaN where there are too few examples to leave one out.
+    /// The RMS distance from the smooth part of each example to its prediction by the others, in mesh units.
+    ///
+    /// The mean is over a sample of the surface. NaN where there are too few examples to leave one out.
     pub leave_one_out: f64,
 }
 
-/// Every pair of shares and ridges that may be taken, with its error, and the best of them.
+/// All candidate pairs of shares and ridges with their errors, and the best of them.
 ///
-/// `area` is the mass of each vertex, 0 at those that are not looked at, such as handles; the sample is fixed by it, and the
-/// bits do not depend on the number of threads. σ_m is `marker_noise` in mesh units; `smooth` is Ŵ, V×P. What is
-/// left out is followed as far as a frame would be.
+/// `area` is the mass of each vertex, and 0 at vertices that do not count, such as handles. It determines the
+/// sample, and the bits do not depend on the number of threads. `marker_noise` is σ_m in mesh units, and
+/// `smooth` is Ŵ, V×P. A left-out example is followed as far as a frame is.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`].
@@ -111,7 +114,8 @@ pub(crate) fn choose(
     Ok((calmest.copied().unwrap_or(best), candidates))
 }
 
-/// `count` vertices at equal distances in the sum of the areas: a vertex of a large area may be there more than once.
+/// `count` vertices at equal distances in the sum of the areas. A vertex with a large area may occur more
+/// than once.
 pub(super) fn sample(area: &[f64], count: usize) -> Vec<usize> {
     let total: f64 = area.iter().sum();
     if total <= 0.0 {

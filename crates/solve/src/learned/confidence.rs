@@ -1,4 +1,4 @@
-//! How far a frame is to be trusted: the variance that the linear band, read as a Gaussian process, has left for it.
+//! The confidence of a frame: the variance that is left of the linear band, read as a Gaussian process.
 use super::choice;
 use super::linear_band::{LinearSettings, VertexSystem};
 use super::vector_strains::VectorStrains;
@@ -8,8 +8,10 @@ use rayon::prelude::*;
 use rhytid_core::{Error, HandleId, Learned, Result, Rig, VertexId};
 use rhytid_kernels::Real;
 
-/// A pose is far from the examples where σ is more than this many times what it is for an example that is left out, there or over the
-/// whole face, whichever is more.
+/// The relative σ above which a pose is far from the examples.
+///
+/// It is relative to the σ of a left-out example: the larger of that at the vertex and that over the whole
+/// face.
 pub const FAR: f64 = 2.0;
 
 /// The vector strains of a rig's poses.
@@ -21,7 +23,7 @@ pub(crate) struct HandlePoses {
 }
 
 impl HandlePoses {
-    pub(crate) fn of<T: Real>(rig: &Rig<T>) -> Self {
+    pub(crate) fn from_rig<T: Real>(rig: &Rig<T>) -> Self {
         let handles = rig.handles();
         let mut rest_lengths = handles.feature_lengths();
         let mean = rest_lengths.last().copied().unwrap_or(1.0);
@@ -30,7 +32,7 @@ impl HandlePoses {
         Self { strain_edges: handles.strain_edges.clone(), rest, rest_lengths, mean }
     }
 
-    /// Of poses × H positions.
+    /// The strains of poses × H positions.
     pub(crate) fn strains<T: Real>(&self, positions: &[[T; 3]]) -> VectorStrains {
         let displacements: Vec<Vec<[f64; 3]>> = (positions.chunks_exact(self.rest.len()))
             .map(|pose| {
@@ -41,38 +43,39 @@ impl HandlePoses {
     }
 }
 
-/// What a vertex of a rig of the learned method listens to: features and their weights ω, all above 0.
+/// The features that influence a vertex of a rig of the learned method, with their weights ω, all above 0.
 pub(crate) fn listens<T: Real>(rig: &Rig<T>, v: usize) -> Vec<(u32, f64)> {
     rig.listens_to(v).filter(|(_, w)| *w > 0.0).map(|(e, w)| (e as u32, w)).collect()
 }
 
-/// Vertices that stand for the whole face where one has learned nothing.
+/// The number of vertices that stand for the whole face where a vertex has learned nothing.
 const SAMPLES: usize = 300;
 
-/// What a rig of the learned method knows of its own errors, at some of its vertices (`docs/method.md`, the learned method).
+/// The errors that a rig of the learned method expects, at some of its vertices (`docs/method.md`, the
+/// learned method).
 ///
-/// The linear band is the mean of a Gaussian process over the poses u of the handles. What that has left as variance is
-/// `σ_v² = s_v² tr(κ(u, u) − kᵀ A k)`: σ_v is how far, RMS, the vertex may be from where a scan of the pose would have it. It is
-/// 0 at rest and grows with the distance from what the examples span.
+/// The linear band is the mean of a Gaussian process over the poses u of the handles. The variance that is
+/// left of this process is `σ_v² = s_v² tr(κ(u, u) − kᵀ A k)`. σ_v is the RMS distance of the vertex from its
+/// place in a scan of the pose. It is 0 at rest, and grows with the distance from the span of the examples.
 ///
-/// Where no example moves what a vertex listens to by more than the noise of markers, s_v says nothing. There the face's own
-/// `Σ s_v²/Σ τ_v` takes its place: with r = n_v/τ_v, `r/(1 + r)` of that is added.
+/// s_v means nothing where no example moves the features of a vertex by more than the noise of markers. There
+/// the whole face's `Σ s_v²/Σ τ_v` takes its place: `r/(1 + r)` of it is added, with r = n_v/τ_v.
 pub struct Confidence {
     poses: HandlePoses,
     examples: VectorStrains,
     share: f64,
     vertices: Vec<VertexId>,
     of_vertices: Vec<OfVertex>,
-    /// Of the whole face.
+    /// The numbers of the whole face.
     face: Typical,
 }
 
-/// What vertices typically have.
+/// Typical numbers of vertices.
 #[derive(Debug, Clone, Copy)]
 struct Typical {
     /// `Σ s_v²/Σ τ_v`.
     variance: f64,
-    /// σ² of an example that is left out.
+    /// σ² of a left-out example.
     left_out: f64,
 }
 
@@ -85,16 +88,16 @@ struct OfVertex {
     /// L of the system's matrix, the lower triangle column by column; empty where nothing is learned.
     factor: Vec<f64>,
     left_out: f64,
-    /// r/(1 + r), 0..1: how little the examples say.
+    /// r/(1 + r), from 0 to 1: 1 where the examples say nothing.
     unknown: f64,
 }
 
 impl Confidence {
-    /// Of `vertices` of a rig.
+    /// The confidence at `vertices` of a rig.
     ///
     /// # Errors
-    /// [`Error::Input`] if the rig is not of the learned method, or has no example; [`Error::Internal`] if a system has no
-    /// solution in floating point.
+    /// [`Error::Input`] if the rig is not of the learned method, or if it has no example. [`Error::Internal`]
+    /// if a system has no solution in floating point.
     pub fn new<T: Real>(rig: &Rig<T>, vertices: &[VertexId]) -> Result<Self> {
         let Some(learned) = rig.learned().filter(|_| !rig.examples().is_empty()) else {
             return Err(Error::rig_lacks(
@@ -102,7 +105,7 @@ impl Confidence {
                  with method = \"learned\"",
             ));
         };
-        let poses = HandlePoses::of(rig);
+        let poses = HandlePoses::from_rig(rig);
         let examples = poses.strains(rig.examples().handles.as_slice());
         let of = |vertices: &[VertexId]| of_vertices(rig, learned, &examples, vertices);
         let typical = of(&sample(rig, SAMPLES))?;
@@ -116,7 +119,7 @@ impl Confidence {
         Ok(Self { poses, share: learned.share, vertices: vertices.to_vec(), of_vertices, face, examples })
     }
 
-    /// Of at most `count` vertices that stand for the parts with a handle, by their areas.
+    /// The confidence at up to `count` vertices that stand for the parts with a handle, by their areas.
     ///
     /// # Errors
     /// As [`Confidence::new`].
@@ -129,20 +132,27 @@ impl Confidence {
         &self.vertices
     }
 
-    /// What σ² is for an example that is left out, the mean over the examples, S in mesh units squared: the scale on which to
-    /// read [`Confidence::variances`]. As far from the others as the examples are from each other, so much is a pose uncertain.
+    /// σ² of a left-out example, the mean over the examples, S in mesh units squared.
+    ///
+    /// It is the scale for [`Confidence::variances`]. A pose that is as far from the examples as they are
+    /// from each other has this σ².
     pub fn left_out(&self) -> impl Iterator<Item = f64> {
         self.of_vertices.iter().map(|of_vertex| of_vertex.left_out + of_vertex.unknown * self.face.left_out)
     }
 
-    /// The mean of that over the whole face: where the examples tell each other well, little is left out, and more than that is no
-    /// reason to worry.
+    /// The mean of [`Confidence::left_out`] over the whole face.
+    ///
+    /// Where the examples predict each other well, a left-out example has a small σ². A pose with more than
+    /// that is no reason to worry.
     pub fn typical_left_out(&self) -> f64 {
         self.face.left_out
     }
 
-    /// `κ_v(u, u)`, frames × S: the squared vector strains that a vertex listens to, of frames × H positions of the handles. What σ does
-    /// not see, being linear, is a frame that goes on where the examples go, but farther.
+    /// `κ_v(u, u)`, frames × S: the squared vector strains that influence a vertex, for frames × H handle
+    /// positions.
+    ///
+    /// σ is linear, so σ does not show frames that go in the direction of the examples but farther. These
+    /// numbers do.
     pub fn squared_strains<T: Real>(&self, handle_positions: &[[T; 3]]) -> Vec<f64> {
         let of_frame = |positions: &[[T; 3]]| {
             let frame = self.poses.strains(positions);
@@ -174,7 +184,7 @@ impl Confidence {
     }
 }
 
-/// What is known of `vertices`.
+/// The data of `vertices`.
 fn of_vertices<T: Real>(
     rig: &Rig<T>,
     learned: &Learned<T>,
@@ -217,7 +227,7 @@ impl OfVertex {
         self.listens.iter().map(|&(e, w)| w * square(frame.feature(e))).sum()
     }
 
-    /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes, and what is added where the examples say little.
+    /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes, plus the addition where the examples say little.
     #[inline(always)]
     fn variance(&self, of: &Confidence, frame: &VectorStrains, k: &mut Vec<[f64; 3]>) -> f64 {
         let (share, examples) = (of.share, &of.examples);
@@ -244,7 +254,7 @@ impl OfVertex {
                 }
             }
         }
-        // |L⁻¹ k|²: what the examples say of the pose.
+        // |L⁻¹ k|², the part of the variance that the examples explain.
         let mut told = 0.0;
         let mut column = &self.factor[..];
         for j in 0..size {
@@ -262,7 +272,8 @@ impl OfVertex {
     }
 }
 
-/// At most `count` vertices of the parts with a handle, none of them a handle, that stand for equal areas; ascending.
+/// At most `count` vertices that stand for equal areas, ascending. They are in parts with a handle, and none
+/// is a handle.
 pub(crate) fn sample<T: Real>(rig: &Rig<T>, count: usize) -> Vec<VertexId> {
     let (surface, handles) = (rig.surface(), &rig.handles().vertices);
     let rest: Vec<[f64; 3]> = surface.rest.iter().map(|x| x.map(T::widen)).collect();

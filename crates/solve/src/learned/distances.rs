@@ -1,5 +1,5 @@
-//! How far the handles are from each vertex along the edges of the rest mesh, as far as it matters (step 4 of the learned
-//! method).
+//! The distances of the handles from each vertex along the edges of the rest mesh, as far as they matter
+//! (step 4 of the learned method).
 use rayon::prelude::*;
 use rhytid_core::{HandleId, HandleSet, Progress, Result, Table};
 use rhytid_geometry::Topology;
@@ -7,17 +7,19 @@ use rhytid_geometry::geodesic::Cell;
 use rhytid_geometry::geodesic::EdgeGraph;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What rounding may take from a bound.
+/// An allowance for rounding in bounds.
 const SLACK: f64 = 1.0 + 1e-9;
 
-/// g of every handle and vertex; infinite between parts, and where the handle is neither an end of one of the vertex's nearest
-/// strain edges nor one of its nearest handles.
+/// g of every handle and vertex.
+///
+/// g is infinite between parts. It may also be infinite where the handle is neither an end of one of the
+/// vertex's nearest strain edges nor one of its nearest handles.
 pub(crate) struct Distances {
     /// H×V.
     along: Table<f64>,
 }
 
-/// The surface that distances are measured on, and how many are wanted.
+/// The surface on which distances are measured, and the number of distances that are needed.
 #[derive(Clone, Copy)]
 pub(crate) struct Searched<'a> {
     /// V×3.
@@ -25,20 +27,24 @@ pub(crate) struct Searched<'a> {
     pub(crate) topology: &'a Topology,
     /// V: the handle nearest to each vertex.
     pub(crate) cells: &'a [Option<Cell>],
-    /// How many strain edges of smallest `s = g_va + g_vb − g_ab` each vertex needs.
+    /// The number of strain edges of smallest `s = g_va + g_vb − g_ab` that each vertex needs.
     pub(crate) nearest_edges: usize,
-    /// How many of the nearest handles it needs.
+    /// The number of nearest handles that each vertex needs.
     pub(crate) nearest_handles: usize,
 }
 
 impl Distances {
-    /// From each of `handles`, with all that is needed for what each vertex needs.
+    /// The distances from each of `handles`, as far as any vertex needs them.
     ///
-    /// A search from a handle stops where it can matter no more. From the cell of handle h₀ on, at the distance d from it, all
-    /// distances are at most d more than from h₀, so that of the edge of rank n, s is at most `S(h₀) + 2d`, where S is what it is at
-    /// h₀ by ways over neighbouring cells. An edge with an end h has `s ≥ 2(g_vh − its length)`, so beyond
-    /// `S(h₀)/2 + d + the longest edge at h` none matters; and neither does one for any vertex that is farther on the same way, as
-    /// s of the rank grows by 2 for each 1 of the way, and the bound with it.
+    /// A search from a handle stops where its distances can no longer matter.
+    ///
+    /// Let a vertex be in the cell of handle h₀, at the distance d from h₀. All its distances are at most d
+    /// more than those from h₀. So its s of the edge of rank n is at most `S(h₀) + 2d`, where S(h₀) is s of
+    /// that rank at h₀, over ways through neighbouring cells. An edge with an end h has
+    /// `s ≥ 2(g_vh − its length)`. So no edge at h matters beyond `S(h₀)/2 + d + the longest edge at h`.
+    ///
+    /// Beyond that point on a way from h, no edge at h matters for later vertices either. For each 1 of the
+    /// way, the least s of an edge at h grows by 2, and the bound by at most 2.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Cancelled`].
@@ -73,7 +79,8 @@ impl Distances {
             })
             .collect();
 
-        // What a vertex adds to the longest edge at a handle, and the farthest of its nearest handles.
+        // The part of the bound that a vertex adds to the longest edge at a handle, and the farthest of its
+        // nearest handles.
         let reach: Vec<[f64; 2]> = cells
             .par_iter()
             .map(|cell| match *cell {
@@ -117,7 +124,7 @@ impl Distances {
     }
 }
 
-/// The number of this rank, counted from 1; infinite where there are not as many, or the rank is 0.
+/// The number of this rank, counted from 1. Infinite where there are fewer numbers, or where the rank is 0.
 fn ranked(mut numbers: Vec<f64>, rank: usize) -> f64 {
     match rank.checked_sub(1).filter(|&i| i < numbers.len()) {
         Some(i) => *numbers.select_nth_unstable_by(i, f64::total_cmp).1,
@@ -125,8 +132,9 @@ fn ranked(mut numbers: Vec<f64>, rank: usize) -> f64 {
     }
 }
 
-/// Distances between handles that are no shorter than they really are, H×H: by ways from cell to neighbouring cell, each through
-/// both of their handles.
+/// Upper bounds of the distances between handles, H×H.
+///
+/// They are the lengths of ways from cell to neighbouring cell, each through the handles of both cells.
 fn between_handles(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], handles: usize) -> Vec<Vec<f64>> {
     let mut between = vec![vec![f64::INFINITY; handles]; handles];
     for (v, cell) in cells.iter().enumerate() {
@@ -143,7 +151,7 @@ fn between_handles(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], handles: usize
     for (h, from) in between.iter_mut().enumerate() {
         from[h] = 0.0;
     }
-    // Floyd and Warshall.
+    // The algorithm of Floyd and Warshall.
     for k in 0..handles {
         let through = between[k].clone();
         between.par_iter_mut().for_each(|from| {
@@ -183,7 +191,7 @@ mod tests {
         let of_handle: Vec<Option<HandleId>> =
             cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
         let mut edges = touching_cells(&topology, &of_handle);
-        // One that goes right across.
+        // An edge across the whole grid.
         edges.push([0, 41].map(HandleId));
         let handles = HandleSet {
             labels: (0..80).map(|h| h.to_string()).collect(),

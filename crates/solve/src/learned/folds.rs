@@ -1,4 +1,5 @@
-//! The folds (step 9 of the learned method): the chapter's kernel made zero at the rest pose, of vector strains or of strain lengths.
+//! The folds (step 9 of the learned method). The kernel is the chapter's, made zero at the rest pose, over
+//! vector strains or strain lengths.
 use super::neighborhoods::{EdgeInfluences, LinearInfluences};
 use super::vector_strains::VectorStrains;
 use glam::DVec3;
@@ -11,16 +12,17 @@ use rhytid_kernels::detail;
 pub(crate) struct Folds {
     /// w, V×N in mesh units: `Σ w_p` for the rest pose and `−w_p` for the examples.
     pub weights: Table<[f64; 3]>,
-    /// `b = Σ_p ‖p‖ w_p`, V×3 in mesh units: what the examples' distances from the rest pose make of w.
+    /// `b = Σ_p ‖p‖ w_p`, V×3 in mesh units: the constant part, from the examples' distances from the rest
+    /// pose.
     pub constants: Vec<[f64; 3]>,
 }
 
-/// The folds of strain lengths, as those of the chapter are: the distances are ‖f_p‖ and ‖f_p − f_q‖.
+/// The folds of strain lengths, as in the chapter. The distances are ‖f_p‖ and ‖f_p − f_q‖.
 ///
 /// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `fold_ridge` is μ > 0.
 ///
 /// # Errors
-/// [`Error::Internal`] if a matrix is not positive definite, which a μ above 0 forbids; [`Error::Cancelled`].
+/// [`Error::Internal`] if a matrix is not positive definite, which μ > 0 excludes. [`Error::Cancelled`].
 pub(crate) fn length_folds(
     pose_features: &Table<f64>,
     influences: &EdgeInfluences,
@@ -39,9 +41,11 @@ pub(crate) fn length_folds(
     })
 }
 
-/// The folds of vector strains: the distances are ‖D_p‖ and ‖D_p − D_q‖ with ω. What the shell and ΔB leave of the examples is
-/// `left`, V×P in mesh units, and the linear band takes its own part off it. `strain_edges` is F: a vertex that listens to anchors
-/// alone has no folds.
+/// The folds of vector strains. The distances are ‖D_p‖ and ‖D_p − D_q‖ with ω.
+///
+/// `left` is the residual of the examples after the shell and ΔB, V×P in mesh units. The remaining part of
+/// the linear band is subtracted from it. `strain_edges` is F. A vertex that only anchors influence has no
+/// folds.
 ///
 /// # Errors
 /// As [`length_folds`].
@@ -57,7 +61,7 @@ pub(crate) fn vector_folds(
     let examples = strains.examples();
     let systems = Systems { vertices: left.height(), examples, fold_ridge };
     systems.solve(progress, |v, system| {
-        let listens = influences.of(v);
+        let listens = influences.at(v);
         system.weights.fill(DVec3::ZERO);
         if listens.clone().all(|(e, omega)| e >= strain_edges || omega == 0.0) {
             return;
@@ -95,7 +99,8 @@ struct System {
 }
 
 impl System {
-    /// `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖`, where the distance is that of two centres, of which the first is the rest pose.
+    /// Computes `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖`. `distance` is that of two centres, of which the first is the
+    /// rest pose.
     fn measure(&mut self, distance: impl Fn(usize, usize) -> f64) {
         let examples = self.lengths.len();
         for (p, length) in self.lengths.iter_mut().enumerate() {
@@ -120,7 +125,8 @@ struct Systems {
 }
 
 impl Systems {
-    /// Per vertex `(G + μ tr G/P · I) w = d` by Cholesky; nothing where d or G is 0. `assemble` puts d and G of a vertex into the system.
+    /// Solves `(G + μ tr G/P · I) w = d` for each vertex by Cholesky's factorisation. Where d or G is 0, w is
+    /// 0. `assemble` puts d and G of a vertex into the system.
     fn solve(
         &self,
         progress: &dyn Progress,
@@ -172,8 +178,8 @@ impl Systems {
     }
 }
 
-/// `A x = b` by Cholesky's factorisation; `matrix` is A's lower triangle, row-major, and `x` is b before it. False where A
-/// is not positive definite.
+/// Solves `A x = b` by Cholesky's factorisation. `matrix` is A's lower triangle, row-major, and `x` contains
+/// b before. False where A is not positive definite.
 fn solve(matrix: &mut [f64], x: &mut [DVec3]) -> bool {
     let n = x.len();
     for i in 0..n {

@@ -1,5 +1,7 @@
-//! The linear band (step 6 of the learned method): what the shell leaves of the examples, as a linear function of what the
-//! nearby handles do relative to each other.
+//! The linear band (step 6 of the learned method).
+//!
+//! It is the residual of the examples after the shell, as a linear function of the relative movements of the
+//! nearby handles.
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
 use super::vector_strains::VectorStrains;
@@ -10,24 +12,24 @@ use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result, Table, VertexId};
 
-/// Vertices after which the progress is told.
+/// The number of vertices between two reports of progress.
 const VERTICES_AT_ONCE: usize = 1 << 16;
 
-/// What is learned, and how much is believed.
+/// The settings of the linear band.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LinearSettings {
-    /// s in [0, 1]: the part of the kernel in which each axis does as it likes.
+    /// s in [0, 1]: the share of the kernel that learns each axis by itself.
     pub(crate) share: f64,
-    /// λ > 0: what is added to the diagonal, as a part of its mean.
+    /// λ > 0: the addition to the diagonal, as a part of its mean.
     pub(crate) ridge: f64,
     /// σ_m ≥ 0: the standard deviation of a marker's noise per axis, in mesh units.
     pub(crate) marker_noise: f64,
-    /// How many times as far as in any example the vector strains' components are followed by the part of the share; infinite
-    /// where there is no bound.
+    /// The bound up to which the share's part follows the components of vector strains, as a multiple of
+    /// their range in the examples. Infinite where there is no bound.
     pub(crate) reach: f64,
 }
 
-/// One vertex's system, and memory for the next one's.
+/// The system of one vertex. Its memory serves the next vertex too.
 pub(crate) struct VertexSystem {
     size: usize,
     kernel: Mat<f64>,
@@ -60,7 +62,8 @@ impl VertexSystem {
         }
     }
 
-    /// Takes up a vertex, which listens to `features` with the weights ω: K1 and κ, whatever the settings.
+    /// Computes K1 and κ of a vertex, which `features` influence with the weights ω. They do not depend on
+    /// the settings.
     pub(crate) fn assemble(&mut self, strains: &VectorStrains, features: &[u32], weights: &[f64]) {
         let size = self.size;
         self.kernel.fill(0.0);
@@ -92,11 +95,13 @@ impl VertexSystem {
         }
     }
 
-    /// z of `(((1−s) K1 + s K3)/τ + (λ + n/τ) I) z = Ŵ`, where `smooth` is Ŵ, 3P; all 0, and false, where no example moves
-    /// what the vertex listens to. [`VertexSystem::leave_one_out`] can be asked after it.
+    /// Solves `(((1−s) K1 + s K3)/τ + (λ + n/τ) I) z = Ŵ`, where `smooth` is Ŵ, 3P.
+    ///
+    /// Where no example moves the features of the vertex, z is 0 and the result is false. After this,
+    /// [`VertexSystem::leave_one_out`] can be called.
     ///
     /// # Errors
-    /// [`Error::Internal`] if the matrix is not positive definite, which a λ above 0 forbids.
+    /// [`Error::Internal`] if the matrix is not positive definite, which λ > 0 excludes.
     pub(crate) fn solve(&mut self, settings: LinearSettings, smooth: &[f64], z: &mut [f64]) -> Result<bool> {
         z.fill(0.0);
         if !self.factorize(settings)? {
@@ -107,7 +112,7 @@ impl VertexSystem {
         Ok(true)
     }
 
-    /// The factor of the matrix that [`VertexSystem::solve`] solves with; false where there is none.
+    /// Computes the factor of the matrix of [`VertexSystem::solve`]. False where there is none.
     ///
     /// # Errors
     /// As [`VertexSystem::solve`].
@@ -142,7 +147,8 @@ impl VertexSystem {
         (0..self.size).flat_map(|j| &self.factor.col_as_slice(j)[j..]).copied().collect()
     }
 
-    /// The traces of A's 3×3 blocks' inverses, P: the variance, in units of s_v², that an example has when it is left out.
+    /// The traces of the inverses of A's 3×3 diagonal blocks, P. They are the variances of left-out examples,
+    /// in units of s_v².
     pub(crate) fn left_out(&mut self) -> Vec<f64> {
         self.invert();
         (0..self.size / 3)
@@ -153,7 +159,7 @@ impl VertexSystem {
             .collect()
     }
 
-    /// L Lᵀ x = x, in place.
+    /// Solves L Lᵀ y = x and writes y in place of x.
     fn substitute(&self, x: &mut [f64]) {
         let size = self.size;
         for j in 0..size {
@@ -171,9 +177,11 @@ impl VertexSystem {
         }
     }
 
-    /// What each example would have been off by, had it been left out: `e_p = (A_pp)⁻¹ z_p`, with A the inverse of the
-    /// matrix that [`VertexSystem::solve`] gave `z` with; P×3 in mesh units. What is beyond the reach of the others, whose weights
-    /// would be `z_q − A_qp e_p`, is added: `s/τ Σ_q beyond_pq (z_q − A_qp e_p)`. `beyond` is of [`Beyond::of_vertex`].
+    /// The error of each example if it is left out: `e_p = (A_pp)⁻¹ z_p`, P×3 in mesh units.
+    ///
+    /// A is the inverse of the matrix with which [`VertexSystem::solve`] gave `z`. The part beyond the reach
+    /// of the other examples is added: `s/τ Σ_q beyond_pq (z_q − A_qp e_p)`. There `z_q − A_qp e_p` are the
+    /// weights of the others without the example. `beyond` is from [`Beyond::of_vertex`].
     pub(crate) fn leave_one_out(
         &mut self,
         settings: LinearSettings,
@@ -193,7 +201,7 @@ impl VertexSystem {
         }
     }
 
-    /// A of the factor.
+    /// Computes A from the factor.
     fn invert(&mut self) {
         let scratch = MemStack::new(&mut self.scratch);
         llt::inverse::inverse(self.inverse.as_mut(), self.factor.as_ref(), Par::Seq, scratch);
@@ -201,7 +209,7 @@ impl VertexSystem {
 
     /// A_pq.
     fn block(&self, p: usize, q: usize) -> glam::DMat3 {
-        // Only the lower triangle is there.
+        // Only the lower triangle is stored.
         let a = |i: usize, j: usize| self.inverse[(i.max(j), i.min(j))];
         glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(3 * p + i % 3, 3 * q + i / 3)))
     }
@@ -217,7 +225,7 @@ impl VertexSystem {
     }
 }
 
-/// What the linear band adds.
+/// The parts of the linear band.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LinearBand {
     /// g, V×(K + 8) as the features are: ΔB is `Σ_e g_ve D_e`.
@@ -228,11 +236,12 @@ pub(crate) struct LinearBand {
     pub variances: Vec<f64>,
 }
 
-/// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H: `smooth` is Ŵ, V×P, and 0 at handles, where
-/// nothing is learned.
+/// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H.
+///
+/// `smooth` is Ŵ, V×P. It is 0 at handles, where nothing is learned.
 ///
 /// # Errors
-/// As [`VertexSystem::solve`]; [`Error::Cancelled`].
+/// As [`VertexSystem::solve`], and [`Error::Cancelled`].
 pub(crate) fn linear_band(
     strains: &VectorStrains,
     influences: &LinearInfluences,
@@ -256,7 +265,7 @@ pub(crate) fn linear_band(
         progress.step("linear band", first as u64, vertices as u64)?;
         let end = vertices.min(first + VERTICES_AT_ONCE);
         let these = || first..end;
-        // Rows of no numbers cannot be written: where there is no c, each vertex has a part of nothing.
+        // Empty rows cannot be iterated: without c, each vertex gets an empty slice.
         let weights: Vec<&mut [[f64; 3]]> = match c {
             0 => these().map(|_| Default::default()).collect(),
             _ => band.example_weights.rows_mut().skip(first).take(end - first).collect(),
@@ -304,7 +313,8 @@ pub(crate) fn linear_band(
     Ok(band)
 }
 
-/// What each example would be off by at each of `vertices` if it were left out, in mesh units: a row of P for each of them.
+/// The error of each example at each of `vertices` if it is left out, in mesh units: a row of P for each
+/// vertex.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`].
@@ -410,7 +420,8 @@ mod tests {
                     let row = 3 * p + c;
                     let mut predicted: f64 =
                         others.iter().enumerate().map(|(i, &j)| whole[(row, j)] * without[(i, 0)]).sum();
-                    // The share's part is not of the example, but of as much of it as the others show.
+                    // The share's part does not follow the whole example, but only the part within the range
+                    // of the others.
                     let tau = system.tau();
                     for (i, &j) in others.iter().enumerate().filter(|(_, j)| reach.is_finite() && *j % 3 == c)
                     {

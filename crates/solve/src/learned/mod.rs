@@ -1,5 +1,8 @@
-//! The learned method: what the thin shell leaves of the examples, in two bands. The smooth part is a linear function of
-//! what the handles nearby do relative to each other; the folds are the chapter's, made zero at rest.
+//! The learned method: the fine detail, which is the residual of the examples after the thin shell, in two
+//! bands.
+//!
+//! The linear band is a linear function of the relative movements of the nearby handles. The folds are the
+//! chapter's, made zero at rest.
 mod choice;
 mod confidence;
 mod distances;
@@ -37,16 +40,16 @@ pub use smoothing::Smoothing;
 use smoothing::sigma;
 use vector_strains::VectorStrains;
 
-/// A vertex whose smooth residual is below this part of the mean rest length has none.
+/// A vertex has no smooth residual if it is below this part of the mean rest length.
 const NOTHING: f64 = 1e-7;
 
-/// Metres in a millimetre, the unit of the marker noise that is asked for.
+/// Metres in a millimetre, the unit of the marker noise in the settings.
 const MILLIMETRE: f64 = 1e-3;
 
-/// All that the learned method makes of the examples, step by step.
+/// The results of the learned method's steps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Steps {
-    /// Ŵ, V×P in mesh units: the smooth part of what the shell leaves.
+    /// Ŵ, V×P in mesh units: the smooth part of the residual after the shell.
     pub smooth_residual: Table<[f64; 3]>,
     /// α.
     pub influences: EdgeInfluences,
@@ -56,16 +59,18 @@ pub(crate) struct Steps {
     pub example_vectors: Table<[f64; 3]>,
     /// The parts without a handle, in the order of their lowest vertices.
     pub parts: Vec<FreePart>,
-    /// The s and λ that were taken.
+    /// The chosen s and λ.
     pub chosen: Candidate,
-    /// In the order in which they were tried.
+    /// All pairs, in the order in which they were tried.
     pub candidates: Vec<Candidate>,
     /// g, c and the variances. ΔB is in the shell's basis.
     pub band: LinearBand,
     /// f of the centres, N×F.
     pub pose_features: Table<f64>,
-    /// d, P×V in mesh units: what both bands' large scale leaves, in its tangent frames; without columns where the folds are of vector
-    /// strains, which have it vertex by vertex.
+    /// d, P×V in mesh units: the residual after the shell and the linear band, in the tangent frames of their
+    /// surface.
+    ///
+    /// It has no columns with folds of vector strains, which compute the residual vertex by vertex.
     pub detail: Table<[f64; 3]>,
     /// The folds' weights.
     pub folds: Folds,
@@ -73,13 +78,13 @@ pub(crate) struct Steps {
     linear_settings: LinearSettings,
 }
 
-/// Learns from the face's examples what the shell leaves of them.
+/// Learns the fine detail: the residual of the face's examples after the shell.
 ///
 /// ΔB is added to the shell's basis.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Cancelled`]; [`rhytid_core::Error::Input`] and [`rhytid_core::Error::Internal`] if a system has no
-/// solution in floating point.
+/// [`rhytid_core::Error::Cancelled`]. [`rhytid_core::Error::Input`] and [`rhytid_core::Error::Internal`] if a
+/// system has no solution in floating point.
 pub(crate) fn learn(
     shell: &mut Shell,
     face: &Face,
@@ -87,7 +92,7 @@ pub(crate) fn learn(
     progress: &dyn Progress,
 ) -> Result<Steps> {
     let examples = &face.examples;
-    // Of anchors alone where there is no strain edge: then the unit of their features does not matter.
+    // Without a strain edge there are only anchors, and the unit of their features does not matter.
     let mean = shell.handles.feature_lengths().last().copied().unwrap_or(1.0);
     let of_example =
         |example: &Example| shell.handles.displacements(&at_handles(&shell.handles, &example.positions));
@@ -160,7 +165,7 @@ pub(crate) fn learn(
 }
 
 impl Steps {
-    /// What each example would be off by if it were left out, in mesh units: a row of P for each of `vertices`.
+    /// The error of each example if it is left out, in mesh units: a row of P for each of `vertices`.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Internal`] if a system has no solution in floating point.
@@ -174,9 +179,9 @@ impl Steps {
         )
     }
 
-    /// What a rig has of what was learned, beside the basis.
+    /// The learned parts of a rig, except the basis.
     pub(crate) fn finish(self, settings: &LearnedSettings, handles: &HandleSet<f64>) -> Details {
-        // Beside what stays, what is left of the examples fades to less than float32 can tell apart.
+        // At vertices that stay, the residual of the examples fades to less than float32 can tell apart.
         let nothing = (NOTHING * handles.feature_lengths().last().copied().unwrap_or_default()).powi(2);
         // The rest pose's weight is the sum of the others': b stands in its place.
         let mut rbf_weights = self.folds.weights;
@@ -212,7 +217,7 @@ impl Steps {
     }
 }
 
-/// α and ω: what every vertex listens to.
+/// α and ω: the influences on every vertex.
 fn neighborhoods(
     shell: &Shell,
     listens: &[Listens],
@@ -233,7 +238,7 @@ fn neighborhoods(
     Ok((influences, linear))
 }
 
-/// The smooth band as it was learned, beside which the folds are learned.
+/// The learned linear band, on top of which the folds are learned.
 struct SmoothBand<'a> {
     band: &'a LinearBand,
     influences: &'a LinearInfluences,
@@ -245,7 +250,7 @@ struct SmoothBand<'a> {
 }
 
 impl SmoothBand<'_> {
-    /// The folds of vector strains, from what the shell and the band leave in the space of the mesh.
+    /// The folds of vector strains, from the residual after the shell and the band in the space of the mesh.
     fn vector_folds(
         &self,
         shell: &Shell,
@@ -261,7 +266,7 @@ impl SmoothBand<'_> {
         folds::vector_folds(self.strains, self.influences, edges, &left, c, fold_ridge, progress)
     }
 
-    /// d, P×V: what the shell and the band leave, in the tangent frames of their surface.
+    /// d, P×V: the residual after the shell and the band, in the tangent frames of their surface.
     fn detail(
         &self,
         shell: &Shell,
@@ -284,7 +289,7 @@ impl SmoothBand<'_> {
     fn add(&self, table: &Table<f64>, positions: &mut [[f64; 3]]) {
         positions.par_iter_mut().enumerate().for_each(|(v, x)| {
             for (p, c) in self.band.example_weights.row(v).iter().enumerate() {
-                let kappa: f64 = self.influences.of(v).map(|(e, w)| w * table.row(e as usize)[p]).sum();
+                let kappa: f64 = self.influences.at(v).map(|(e, w)| w * table.row(e as usize)[p]).sum();
                 for axis in 0..3 {
                     x[axis] += c[axis] * kappa;
                 }
@@ -293,7 +298,7 @@ impl SmoothBand<'_> {
     }
 }
 
-/// `T_ep = D_e · D_pe`, (F + H)×P: of one frame's vector strains with those of P examples.
+/// `T_ep = D_e · D_pe`, (F + H)×P: the products of one frame's vector strains with those of P examples.
 fn products(of_frame: &[[f64; 3]], of_examples: &Table<[f64; 3]>) -> Table<f64> {
     let dot = |a: &[f64; 3], b: &[f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
     let of_feature = |(e, d)| of_examples.rows().map(move |of_example| dot(d, &of_example[e]));
@@ -301,7 +306,7 @@ fn products(of_frame: &[[f64; 3]], of_examples: &Table<[f64; 3]>) -> Table<f64> 
     Table::new(of_frame.len(), of_examples.height(), products)
 }
 
-/// Ŵ, V×P: the smooth part of what the shell leaves of each example.
+/// Ŵ, V×P: the smooth part of the residual of each example after the shell.
 fn smooth_residual(
     shell: &Shell,
     examples: &[Example],
@@ -317,18 +322,18 @@ fn smooth_residual(
         let smoothed: Vec<bool> =
             parts.driven.iter().zip(pinned).map(|(driven, pinned)| *driven && !pinned).collect();
         let (rest, vertices) = (&surface.rest, &handles.vertices);
-        Smoothing::of(rest, laplacian.clone(), vertices, &smoothed, sigma(mean), progress)?
+        Smoothing::from_surface(rest, laplacian.clone(), vertices, &smoothed, sigma(mean), progress)?
             .apply(&mut residual, progress)?;
     }
-    // What is left of what no example moves is rounding, and nothing to learn of.
+    // At pinned vertices, which no example moves, the residual is rounding and not to be learned.
     for (v, _) in pinned.iter().enumerate().filter(|(_, pinned)| **pinned) {
         residual.row_mut(v).fill([0.0; 3]);
     }
     Ok(residual)
 }
 
-/// The areas by which s and λ are chosen, V: 0 at handles and off the skin. Eyes and teeth have large areas and
-/// nothing to choose.
+/// The areas by which s and λ are chosen, V: 0 at handles and off the skin. Eyes and teeth have large areas,
+/// but s and λ do not affect them.
 fn skin_area(shell: &Shell) -> Vec<f64> {
     let Shell { handles, parts, laplacian, .. } = shell;
     let mut area = laplacian.mass.clone();
@@ -337,7 +342,7 @@ fn skin_area(shell: &Shell) -> Vec<f64> {
     area
 }
 
-/// W, V×P: what the shell leaves of each example, in the space of the mesh.
+/// W, V×P: the residual of each example after the shell, in the space of the mesh.
 fn residual(shell: &Shell, examples: &[Example]) -> Table<[f64; 3]> {
     let Shell { surface, handles, basis, .. } = shell;
     let (count, rest) = (examples.len(), &surface.rest);
@@ -350,7 +355,7 @@ fn residual(shell: &Shell, examples: &[Example]) -> Table<[f64; 3]> {
         examples.iter().map(|e| handles.motions(&at_handles(handles, &e.positions))).collect();
     let center = of_examples[0].center.map(|v| rest[v.index()]);
     let per_example = of_examples[0].vectors.len() / handles.len();
-    // Handle by handle, x, y, z of one example's vectors after the other.
+    // Handle by handle, x, y, z of the vectors of one example after the other.
     let of_handle =
         |h: usize| of_examples.iter().flat_map(move |of| of.vectors.iter().skip(h).step_by(handles.len()));
     let by_handle: Vec<f64> = (0..handles.len()).flat_map(of_handle).flatten().copied().collect();

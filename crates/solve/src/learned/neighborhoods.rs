@@ -1,16 +1,17 @@
-//! What each vertex listens to (steps 4 and 5 of the learned method): strain edges by the distance along the mesh, and
-//! the nearest handles as anchors.
+//! The influences on each vertex (steps 4 and 5 of the learned method): strain edges by the distance along
+//! the mesh, and the nearest handles as anchors.
 use super::distances::Distances;
 use rayon::prelude::*;
 use rhytid_core::{HandleId, HandleSet, StrainEdgeId, Table, VertexId};
 
-/// Handles that a vertex of a driven part has as anchors.
+/// The number of anchors of a vertex of a driven part.
 pub(crate) const ANCHORS: usize = 8;
 
-/// The part of a vertex's weights that its anchors have; its strain edges have the rest.
+/// The part of a vertex's weights that its anchors have. Its strain edges have the rest.
 const ANCHORS_SHARE: f64 = 0.1;
 
-/// The influence at which the chapter cuts, and which is taken off all: a weight reaches zero where it would be cut.
+/// The influence at which the chapter cuts. It is subtracted from all weights, so a weight reaches zero where
+/// it would be cut.
 const THRESHOLD: f64 = 0.025;
 
 /// The width of an anchor's weight in mean rest lengths, on the surface and around a rigid part.
@@ -26,9 +27,11 @@ pub(crate) struct EdgeInfluences {
     pub weights: Table<f64>,
 }
 
-/// The K strain edges of smallest `s = g_va + g_vb − g_ab` (ties: the lower edge index), and
-/// `α = max(exp(−ln 40 · (s − min s)/gap) − 0.025, 0)` over their sum, with `gap = max(s_(K+1) − s_(1), 0.1 L)`; where a
-/// vertex reaches no more than K edges, the last of them stands for the (K+1)-th.
+/// The K strain edges that influence each vertex, and their weights α.
+///
+/// They are the edges of smallest `s = g_va + g_vb − g_ab` (ties: the lower edge index). The weights are `α =
+/// max(exp(−ln 40 · (s − min s)/gap) − 0.025, 0)` over their sum, with `gap = max(s_(K+1) − s_(1), 0.1 L)`.
+/// If a vertex reaches no more than K edges, the last of them stands for the (K+1)-th.
 ///
 /// `mean` is L, the mean rest length, in mesh units.
 pub(crate) fn edge_influences(
@@ -64,7 +67,7 @@ pub(crate) fn edge_influences(
             order.truncate(k);
             let least = order.iter().fold(f64::INFINITY, |least, &(s, _)| least.min(s));
             let gap = (last - least).max(0.1 * mean);
-            // A vertex that reaches fewer edges has some others, of no weight.
+            // A vertex that reaches fewer edges gets other edges with the weight 0.
             let others = (0..strain_edges.len() as u32).filter(|e| order.iter().all(|(_, edge)| edge != e));
             let others: Vec<_> = others.take(k - order.len()).map(|edge| (f64::INFINITY, edge)).collect();
             order.extend(others);
@@ -83,7 +86,7 @@ pub(crate) fn edge_influences(
     EdgeInfluences { edges, weights }
 }
 
-/// ω: what the linear band of every vertex listens to.
+/// ω: the influences on the linear band of every vertex.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct LinearInfluences {
     /// V×(K + 8): strain edges count from 0, the handles' anchors from F.
@@ -92,10 +95,10 @@ pub(crate) struct LinearInfluences {
     pub weights: Table<f64>,
 }
 
-/// What of the learned method's arrays is of anchors, or has a place for them.
+/// The learned method's arrays that concern anchors.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Anchors {
-    /// V×A, where A is the most that any vertex has.
+    /// V×A, where A is the largest number of anchors of a vertex.
     pub(crate) handles: Table<HandleId>,
     /// ν, V×A.
     pub(crate) weights: Table<f64>,
@@ -104,12 +107,12 @@ pub(crate) struct Anchors {
 }
 
 impl LinearInfluences {
-    /// What vertex `v` listens to: features and ω.
-    pub(crate) fn of(&self, v: usize) -> impl Iterator<Item = (u32, f64)> + Clone {
+    /// The features that influence vertex `v`, with their ω.
+    pub(crate) fn at(&self, v: usize) -> impl Iterator<Item = (u32, f64)> + Clone {
         self.features.row(v).iter().copied().zip(self.weights.row(v).iter().copied())
     }
 
-    /// The anchors alone, given the gains of all features. `strain_edges` is F.
+    /// The anchors alone, with their gains out of those of all features. `strain_edges` is F.
     pub(crate) fn anchors(&self, strain_edges: u32, k: usize, gains: &Table<f64>) -> Anchors {
         let rows = || self.features.rows().zip(self.weights.rows());
         let is_anchor = |feature: u32, weight: f64| feature >= strain_edges && weight > 0.0;
@@ -142,21 +145,25 @@ impl LinearInfluences {
     }
 }
 
-/// What a vertex of a part without a handle listens to.
+/// The source of a vertex's influences.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Listens {
-    /// Of a driven part: for itself.
+    /// A vertex of a driven part has its own influences.
     Itself,
-    /// Of a part that follows: as this vertex of the driven surface.
+    /// A vertex of a part that follows has the influences of this vertex of the driven surface.
     As(VertexId),
-    /// Of a rigid part: as all of it, by the straight distance from this point, its centroid.
+    /// All vertices of a rigid part have the same influences, by the straight distance from its centroid,
+    /// which is this point.
     At([f64; 3]),
-    /// Of a part that is to stay where it is.
+    /// A vertex of a part that stays has no influences.
     Nothing,
 }
 
-/// 0.9 α on a vertex's edges, and 0.1 `ν = exp(−(g² − min g²)/(1.5 L)²)` on its [`ANCHORS`] nearest handles, over their
-/// sum; a vertex that reaches no edge, and parts without a handle, have anchors alone.
+/// ω of every vertex.
+///
+/// It is 0.9 α on a vertex's edges, and 0.1 `ν = exp(−(g² − min g²)/(1.5 L)²)`, over the sum of ν, on its
+/// [`ANCHORS`] nearest handles. A vertex that reaches no edge, and a part without a handle, have anchors
+/// alone.
 ///
 /// `listens` is V long; `mean` is L.
 pub(crate) fn linear_influences(
@@ -212,7 +219,8 @@ pub(crate) fn linear_influences(
     LinearInfluences { features, weights }
 }
 
-/// Up to `count` of `handles` handles at a finite distance, the nearest first (ties: the lower handle), into `found`.
+/// Writes up to `count` of `handles` handles at a finite distance into `found`, the nearest first (ties: the
+/// lower handle).
 fn nearest(
     handles: usize,
     count: usize,

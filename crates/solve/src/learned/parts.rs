@@ -1,4 +1,4 @@
-//! Parts without a handle (step 1 of the learned method): which are rigid, and which follow the driven surface.
+//! Parts without a handle (step 1 of the learned method). Some are rigid, others follow the driven surface.
 use super::neighborhoods::Listens;
 use crate::driven::DrivenComponents;
 use glam::DVec3;
@@ -7,7 +7,8 @@ use rhytid_core::{Bind, Example, VertexId, horn};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 
-/// A part is rigid if in every example its RMS distance to its best rigid motion is below this part of its RMS radius.
+/// A part is rigid if in every example its RMS distance to its best rigid motion is below this part of its
+/// RMS radius.
 const RIGID_WITHIN: f64 = 0.03;
 
 /// A part of the mesh that has no handle.
@@ -15,14 +16,16 @@ const RIGID_WITHIN: f64 = 0.03;
 pub struct FreePart {
     /// Its lowest vertex.
     pub first_vertex: VertexId,
-    /// How many it has.
+    /// The number of its vertices.
     pub vertices: usize,
     /// Whether it moves as one solid; otherwise it follows the closest point of the driven surface.
     pub rigid: bool,
 }
 
-/// As what each vertex listens, and what becomes of the parts without a handle: each is rigid if it is in all of `examples`, and
-/// follows otherwise, unless `bind` says what all of them do.
+/// The source of each vertex's influences, and the parts without a handle.
+///
+/// With [`Bind::Auto`], a part is rigid if it is rigid in all of `examples`, and follows the driven surface
+/// otherwise. The other values of `bind` decide for all parts.
 pub(crate) fn listens(
     rest: &[[f64; 3]],
     parts: &DrivenComponents,
@@ -47,7 +50,7 @@ pub(crate) fn listens(
     let driven = (0..rest.len() as u32).filter(|&v| some_follow && parts.driven[v as usize]);
     let surface: Vec<_> = driven.map(|v| GeomWithData::new(rest[v as usize], v)).collect();
     let surface = RTree::bulk_load(surface);
-    // Of vertices that are equally near, the lowest.
+    // Of equally near vertices, the lowest counts.
     let closest = |x: &[f64; 3]| surface.nearest_neighbors(x).into_iter().map(|found| found.data).min();
     let listens = (0..rest.len())
         .into_par_iter()
@@ -69,7 +72,10 @@ fn centroid(positions: &[[f64; 3]], part: &[u32]) -> DVec3 {
     sum / part.len() as f64
 }
 
-/// The largest eigenvalue λ of [`horn`]'s matrix gives the sum of the squared distances to the best rigid motion, `Σ|a|² + Σ|b|² − 2λ`, about the two centroids.
+/// Whether a part moves rigidly in an example.
+///
+/// The largest eigenvalue λ of [`horn`]'s matrix gives the sum of the squared distances to the best rigid
+/// motion: `Σ|a|² + Σ|b|² − 2λ`, about the two centroids.
 fn is_rigid(rest: &[[f64; 3]], example: &[[f64; 3]], part: &[u32]) -> bool {
     let (a0, b0) = (centroid(rest, part), centroid(example, part));
     let mut m = [[0.0; 3]; 3];

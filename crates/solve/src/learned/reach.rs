@@ -1,15 +1,17 @@
-//! What of an example is beyond the reach of the others: what a frame like it would not be followed to, were it left out.
+//! The part of an example that is beyond the reach of the others. If the example is left out, a frame like it
+//! is not followed to that part.
 use super::vector_strains::VectorStrains;
 use rhytid_core::Table;
 
-/// Of all features.
+/// The part beyond the reach, of all features.
 pub(crate) struct Beyond {
     /// (F + H)×3P; without rows where there is no bound.
     of_features: Table<f64>,
 }
 
 impl Beyond {
-    /// What each example has beyond `reach` times what the others show, each component for itself.
+    /// Computes the part of each example beyond `reach` times the range of the others, for each component by
+    /// itself.
     pub(crate) fn new(strains: &VectorStrains, reach: f64) -> Self {
         let n = 3 * strains.examples();
         let of_component = |d: &[f64], i: usize| {
@@ -24,7 +26,8 @@ impl Beyond {
         Self { of_features: Table::new(bounded as usize, n, of_features) }
     }
 
-    /// `Σ_e ω_e (D_pe − clamp(D_pe)) · D_qe` of a vertex into `beyond`, P×P: p is what is clamped.
+    /// Writes `Σ_e ω_e (D_pe − clamp(D_pe)) · D_qe` of a vertex into `beyond`, P×P. The rows are p, the
+    /// example that is clamped.
     pub(crate) fn of_vertex(
         &self,
         strains: &VectorStrains,

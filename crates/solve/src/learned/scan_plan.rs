@@ -1,4 +1,5 @@
-//! Which scans to make: the frames of a take whose examples would leave the least uncertain, from markers alone.
+//! The plan of scans: the frames of a take that, as examples, leave the least uncertainty. It needs markers
+//! alone.
 use super::confidence::{self, HandlePoses};
 use super::vector_strains::VectorStrains;
 use faer::linalg::matmul::matmul;
@@ -8,55 +9,61 @@ use rhytid_core::numbers::dot;
 use rhytid_core::{Error, Progress, Result, Rig, VertexId};
 use rhytid_kernels::Real;
 
-/// Vertices that are looked at.
+/// The number of vertices in the sample.
 const SAMPLES: usize = 600;
 
-/// λ where a rig has none of its own, being without examples.
+/// λ for a rig without examples, which has no λ of its own.
 const RIDGE: f64 = 1e-2;
 
 /// A frame to scan.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PlannedScan {
-    /// The frame, an index into the frames that were asked about.
+    /// The frame, an index into the given frames.
     pub frame: usize,
-    /// The standard deviation that is left with this scan and those before it, over all frames and vertices, as a part of what
-    /// there would be without any example: 0..1.
+    /// The standard deviation that is left with this scan and those before it, over all frames and vertices.
+    ///
+    /// It is a part of the standard deviation without any example: 0..1.
     pub left: f64,
-    /// The part of the variance without any example that this scan takes away at each of [`ScanPlan::vertices`]; the mean of
-    /// all is what it takes away in all.
+    /// The reduction of the variance by this scan at each of [`ScanPlan::vertices`], as a part of the
+    /// variance without any example. The mean over the vertices is the reduction as a whole.
     pub gains: Vec<f64>,
 }
 
 /// The scans to make, the most useful first.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScanPlan {
-    /// The vertices that were looked at, S of them.
+    /// The vertices of the sample, S of them.
     pub vertices: Vec<VertexId>,
     /// [`PlannedScan::left`] before the first scan: 1 where the rig has no example.
     pub left: f64,
-    /// Fewer than asked for where there are no more candidates.
+    /// The scans, fewer than asked for if there are no more candidates.
     pub scans: Vec<PlannedScan>,
 }
 
-/// What a vertex has of the frames: the kernel `κ(u, u') = Σ_e ω_ve D_e·D'_e` is a product of vectors √ω D, three numbers for
-/// each feature that it listens to.
+/// The features of the frames at a vertex.
+///
+/// The kernel `κ(u, u') = Σ_e ω_ve D_e·D'_e` is a product of vectors √ω D, with three numbers for each
+/// feature that influences the vertex.
 struct OfVertex {
-    /// 3·features × frames, over √τ, so that the frames have the variance 1 in the mean.
+    /// 3·features × frames, divided by √τ, so that the mean variance of the frames is 1.
     frames: Mat<f64>,
-    /// The mean of their products, of each row with each.
+    /// The mean products of all pairs of rows of `frames`.
     gram: Mat<f64>,
-    /// What the scans so far have left of the identity.
+    /// The part of the identity that the scans so far have left.
     left: Mat<f64>,
     /// λ + n_v/τ.
     noise: f64,
 }
 
-/// Chooses `count` of the frames `candidates` (indices into `frames`, frames × H positions of the handles in the rig's order) for
-/// scans, one after the other: each is the one that takes most variance from all `frames`,
-/// `argmax_j Σ_v Σ_i cov_v(i, j)²/(var_v(j) + λ)`, given the rig's examples and the scans before it. Of equals the first.
+/// Chooses `count` of the frames `candidates` for scans, one after the other.
 ///
-/// The rig's examples count by where their handles are, so that one without any example will do. Every vertex counts alike.
-/// A few hundred frames are enough: neighbouring frames are alike.
+/// `frames` are frames × H positions of the handles in the rig's order, and `candidates` are indices into
+/// them. Each scan is the candidate that takes most variance from all `frames`:
+/// `argmax_j Σ_v Σ_i cov_v(i, j)²/(var_v(j) + λ)`. The rig's examples and the scans before it are given. Of
+/// equal candidates, the first is chosen.
+///
+/// Only the handles of the rig's examples count, so a rig without examples works too. All vertices count
+/// alike. A few hundred frames are enough, because neighbouring frames are alike.
 ///
 /// # Errors
 /// [`Error::Input`] if the rig is not of the learned method; [`Error::Cancelled`].
@@ -74,7 +81,7 @@ pub fn plan_scans<T: Real>(
         ));
     };
     let vertices = confidence::sample(rig, SAMPLES);
-    let poses = HandlePoses::of(rig);
+    let poses = HandlePoses::from_rig(rig);
     let (examples, frames) = (poses.strains(rig.examples().handles.as_slice()), poses.strains(frames));
     let ridge = if rig.examples().is_empty() { RIDGE } else { learned.ridge };
     progress.step("plan", 0, count as u64)?;
@@ -116,7 +123,7 @@ pub fn plan_scans<T: Real>(
 }
 
 impl OfVertex {
-    /// Of the frames' and examples' columns.
+    /// The data of a vertex, from the frames' and examples' columns.
     fn new(mut frames: Mat<f64>, mut examples: Mat<f64>, ridge: f64, noise: f64) -> Self {
         let features = frames.nrows();
         let count = frames.ncols().max(1) as f64;
@@ -124,7 +131,7 @@ impl OfVertex {
         let mut of_vertex = Self {
             gram: Mat::zeros(features, features),
             left: Mat::identity(features, features),
-            // Where nothing moves there is nothing to tell.
+            // Where nothing moves, scans say nothing.
             noise: if tau > 0.0 { ridge + noise / tau } else { 1.0 },
             frames: Mat::new(),
         };
@@ -148,7 +155,7 @@ impl OfVertex {
         columns.sum()
     }
 
-    /// What a scan of each of the frames `open` would take from the mean variance.
+    /// The reduction of the mean variance by a scan of each of the frames `open`.
     fn gains(&self, open: &[usize]) -> Vec<f64> {
         let size = self.left.nrows();
         let (mut half, mut whole) = (Mat::zeros(size, size), Mat::zeros(size, size));
@@ -166,9 +173,9 @@ impl OfVertex {
     }
 }
 
-/// Takes what a scan of `frame` tells from `left`.
+/// Subtracts the variance that a scan of `frame` explains from `left`.
 fn scan(left: &mut Mat<f64>, frame: &[f64], noise: f64) {
-    // It is symmetric.
+    // `left` is symmetric.
     let told: Vec<f64> = (0..frame.len()).map(|i| dot(left.col_as_slice(i), frame)).collect();
     let variance = dot(&told, frame) + noise;
     for (j, column) in told.iter().enumerate() {

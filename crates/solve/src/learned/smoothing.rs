@@ -11,7 +11,7 @@ use rhytid_geometry::cholesky::dissect;
 /// σ in mean rest lengths.
 const SIGMA: f64 = 1.0 / 12.0;
 
-/// σ of the learned method, where this is the mean of the rest lengths.
+/// σ of the learned method, given the mean of the rest lengths.
 pub(crate) fn sigma(mean: f64) -> f64 {
     SIGMA * mean
 }
@@ -19,19 +19,22 @@ pub(crate) fn sigma(mean: f64) -> f64 {
 /// Columns of the right-hand side that one thread solves for at a time.
 const COLUMNS_AT_ONCE: usize = 16;
 
-/// What takes the folds from a field on the rest mesh: `Ŵ = (M_ff − (σ²/2) C_ff)⁻¹ M_ff W_f` at the vertices that are free, those
-/// of parts with a handle that are no handles themselves. At handles it is 0; parts without a handle keep what they have.
+/// The smoothing that takes the folds out of a field on the rest mesh.
+///
+/// It is `Ŵ = (M_ff − (σ²/2) C_ff)⁻¹ M_ff W_f` at the free vertices, which are those of parts with a handle
+/// that are no handles themselves. Ŵ is 0 at handles. Parts without a handle keep their field.
 pub struct Smoothing {
     system: System,
     factor: Factor,
     order: Vec<u32>,
-    /// Of each vertex in `order`, or [`NONE`].
+    /// The place of each vertex in `order`, or [`NONE`].
     place: Vec<u32>,
     handles: Vec<VertexId>,
 }
 
 impl Smoothing {
-    /// For a rig's rest mesh, with σ as in the learned method: a twelfth of the mean rest length of the strain edges.
+    /// For a rig's rest mesh, with σ as in the learned method: a twelfth of the mean rest length of the
+    /// strain edges.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point,
@@ -40,7 +43,7 @@ impl Smoothing {
         Self::over(rig, sigma(rig.handles().feature_lengths().last().copied().unwrap_or(1.0)), progress)
     }
 
-    /// The same with another σ, in mesh units: how wide what is smoothed away is.
+    /// The same with another σ, in mesh units. σ is the width of the shapes that are smoothed away.
     ///
     /// # Errors
     /// As [`Smoothing::new`].
@@ -48,14 +51,14 @@ impl Smoothing {
         let (surface, handles) = (rig.surface(), &rig.handles().vertices);
         let driven = DrivenComponents::new(&surface.rest, &surface.triangles, handles).driven;
         let laplacian = laplacian::laplacian(&surface.rest, &surface.triangles);
-        Self::of(&surface.rest, laplacian, handles, &driven, sigma, progress)
+        Self::from_surface(&surface.rest, laplacian, handles, &driven, sigma, progress)
     }
 
     /// `driven[v]` says whether vertex v is in a part with a handle and is to be smoothed.
     ///
     /// # Errors
     /// As [`Smoothing::new`].
-    pub(crate) fn of(
+    pub(crate) fn from_surface(
         rest: &[[f64; 3]],
         laplacian: Laplacian,
         handles: &[VertexId],

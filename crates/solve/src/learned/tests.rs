@@ -1,4 +1,5 @@
-//! The learned method's solve against float64 values of every step by an independent implementation.
+//! Comparison of the learned method's solve with float64 values of every step by an independent
+//! implementation.
 use super::learn;
 use crate::shell;
 use rhytid_core::{
@@ -9,7 +10,7 @@ use rhytid_core::{HandleId, StrainEdgeId, Table, VertexId};
 use rhytid_test_support::shared;
 use serde::Deserialize;
 
-/// What every step may be off by, in units of the mesh or as it is.
+/// The error that is allowed to every step, in mesh units or as a plain number.
 const TOLERANCE: f64 = 1e-9;
 
 #[derive(Deserialize)]
@@ -102,7 +103,7 @@ fn near<'a>(what: &str, got: impl IntoIterator<Item = &'a f64>, expected: impl I
     eprintln!("{what}: {count} within {worst:.1e}");
 }
 
-/// Weights by what they are of, those of nothing left out: the vectors have the nearest first.
+/// Weights by their index, without weights of 0. In the test vectors, the nearest come first.
 fn by_index(indices: &[u32], weights: &[f64]) -> Vec<(u32, f64)> {
     let both = indices.iter().copied().zip(weights.iter().copied());
     let mut both: Vec<_> = both.filter(|(_, w)| *w > TOLERANCE).collect();
@@ -140,10 +141,11 @@ fn every_step_is_that_of_the_golden_vectors() {
         let settings = LearnedSettings {
             share: Some(case.share),
             ridge: Some(case.ridge),
-            // In the vectors in mesh units: centimetres here.
+            // The test vectors have it in mesh units, which are centimetres here.
             marker_noise: 10.0 * case.marker_noise,
             fold_ridge: case.fold_ridge,
-            // The cases go on linearly, however far their frames are from their poses, and turn their folds.
+            // The cases are linear at any distance of their frames from their poses. Their folds turn with
+            // the surface.
             reach: f64::INFINITY,
             fold_strains: FoldStrains::Lengths,
         };

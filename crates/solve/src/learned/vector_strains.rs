@@ -1,11 +1,12 @@
-//! Vector strains: what handles do relative to each other, in the examples.
+//! Vector strains: the relative movements of the handles in the examples.
 use rhytid_core::{HandleId, Table};
 
-/// The features of the examples and of the noise: those of strain edges, `D_e = (u_b − u_a)/l_e`, before those of
-/// anchors, `D_h = u_h/L`.
+/// The features of the examples and of the noise.
+///
+/// Features of strain edges, `D_e = (u_b − u_a)/l_e`, come before those of anchors, `D_h = u_h/L`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct VectorStrains {
-    /// (F + H)×3P: of each feature x, y, z of one example after the other.
+    /// (F + H)×3P: for each feature x, y, z of one example after the other.
     of_examples: Table<f64>,
     /// What noise of variance 1 adds to |D|² per axis: `2/l_e²`, `1/L²`.
     noise: Vec<f64>,
@@ -18,7 +19,7 @@ pub(crate) struct VectorStrains {
 }
 
 impl VectorStrains {
-    /// Of P examples' displacements of the handles, P×H.
+    /// The vector strains of P examples, given the displacements of the handles, P×H.
     pub(crate) fn new(
         displacements: &[Vec<[f64; 3]>],
         strain_edges: &[[HandleId; 2]],
@@ -75,7 +76,9 @@ impl VectorStrains {
         Table::new(self.examples, self.of_examples.height(), vectors)
     }
 
-    /// κ of the examples, `Σ_e ω_e D_pe · D_qe`, for what a vertex listens to: P×P, row-major, of which the lower triangle is written.
+    /// κ of the examples, `Σ_e ω_e D_pe · D_qe`, over the features that influence a vertex.
+    ///
+    /// κ is P×P, row-major, and only its lower triangle is written.
     pub(crate) fn common(&self, listens: impl Iterator<Item = (u32, f64)>, kappa: &mut [f64]) {
         kappa.fill(0.0);
         for (e, omega) in listens.filter(|(_, omega)| *omega > 0.0) {
@@ -89,7 +92,8 @@ impl VectorStrains {
         }
     }
 
-    /// Adds `weight` times the feature `e`, which is linear in the displacements, to a row over the handles.
+    /// Adds `weight` times the feature `e` to a row over the handles. The feature is linear in the
+    /// displacements.
     pub(crate) fn add_to_row(&self, e: u32, weight: f64, row: &mut [f64]) {
         match self.strain_edges.get(e as usize) {
             Some(&[a, b]) => {

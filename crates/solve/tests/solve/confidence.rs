@@ -1,4 +1,4 @@
-//! Variances and planned scans against their definitions with dense matrices.
+//! Comparison of variances and planned scans with their definitions by dense matrices.
 use faer::Mat;
 use faer::linalg::solvers::Solve;
 use rhytid_core::{Example, Face, LearnedSettings, Method, NoProgress, Rig, VertexId};
@@ -16,7 +16,7 @@ fn face(examples: usize, share: f64) -> Face {
     let learned = LearnedSettings {
         share: Some(share),
         ridge: Some(1e-2),
-        // Without noise, the examples say all that there is.
+        // Without noise, the examples explain everything.
         marker_noise: 0.0,
         ..LearnedSettings::default()
     };
@@ -47,7 +47,7 @@ fn omega(rig: &Rig<f64>, v: usize) -> Vec<f64> {
     let learned = rig.learned().unwrap();
     let edges = rig.handles().strain_edges.len();
     let mut omega = vec![0.0; rig.handles().features()];
-    for (edge, alpha) in rig.influences().of(v) {
+    for (edge, alpha) in rig.influences().at(v) {
         omega[edge.index()] += EDGES_SHARE * alpha;
     }
     for (handle, nu) in learned.anchors_of(v) {
@@ -131,7 +131,7 @@ fn variances_are_what_a_gaussian_process_has_left() {
                 );
                 compared += usize::from(found > 1e-6);
             }
-            // What is left out is a frame like others, but for what is added to the diagonal.
+            // A left-out example is a frame like others, except for the addition to the diagonal.
             let of_example = |p: usize| -> f64 {
                 let others: Vec<usize> = (0..12).filter(|i| i / 3 != p).collect();
                 let rest = Mat::from_fn(9, 9, |i, j| system[(others[i], others[j])]);
@@ -147,7 +147,7 @@ fn variances_are_what_a_gaussian_process_has_left() {
             );
         }
         assert!(compared > 30, "{compared}");
-        // At rest there is nothing to be uncertain about, and a handle is where its marker is.
+        // At rest the variance is 0, and also at a handle, which is where its marker is.
         let rest: Vec<[f64; 3]> =
             rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
         assert!(confidence.variances(&rest).iter().all(|variance| *variance == 0.0));
@@ -168,7 +168,7 @@ fn a_rig_that_has_learned_nothing_has_no_confidence() {
     );
 }
 
-/// The same by covariances of all frames with all, which are what the examples and scans leave of them.
+/// The plan by the covariances of all pairs of frames, given the examples and the scans so far.
 fn plan_by_definition(
     rig: &Rig<f64>,
     positions: &[[f64; 3]],
@@ -248,7 +248,7 @@ fn planned_scans_take_the_most_variance() {
             let gain = scan.gains.iter().sum::<f64>() / scan.gains.len() as f64;
             assert!((pair[0].powi(2) - gain - pair[1].powi(2)).abs() < 1e-9);
         }
-        // More than there is to choose from.
+        // More scans than there are candidates.
         assert_eq!(plan_scans(&rig, &positions, &candidates, 100, &NoProgress).unwrap().scans.len(), 7);
     }
 }

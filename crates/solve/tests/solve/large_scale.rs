@@ -44,7 +44,8 @@ fn graph(vertices: usize, edges: impl IntoIterator<Item = [u32; 2]>) -> Graph {
     graph
 }
 
-/// Every vertex once; the parts fill their places; what shares an entry is in one part or in one above the other.
+/// Checks a dissection. Each vertex occurs once, and the parts fill their places. Vertices that share an
+/// entry are in one part, or in one part above the other.
 fn check(dissection: &Dissection, graph: &Graph, vertices: &[u32]) {
     let mut sorted = dissection.order.clone();
     sorted.sort_unstable();
@@ -60,7 +61,7 @@ fn check(dissection: &Dissection, graph: &Graph, vertices: &[u32]) {
     }
 }
 
-/// Notes for each vertex the way from the root to its part.
+/// Records the way from the root to its part for each vertex.
 fn walk(part: &Part, order: &[u32], above: &mut [Option<Vec<bool>>], path: &mut Vec<bool>) {
     for &v in &order[part.columns.clone()] {
         above[v as usize] = Some(path.clone());
@@ -149,7 +150,7 @@ fn there_is_less_fill_than_by_minimum_degree() {
     assert!((factor.entries() as f64) < 0.9 * theirs as f64, "{} and {theirs}", factor.entries());
 }
 
-/// Without handles the matrix is singular.
+/// The matrix with a diagonal added, because it is singular without handles.
 fn with_added_diagonal(mut matrix: Columns) -> Columns {
     for j in 0..matrix.offsets.len() - 1 {
         matrix.values[matrix.offsets[j]] += 1.0;

@@ -1,9 +1,9 @@
-//! The times of a file's frames: from the frames' numbers and the rate, or from a column of times that was rounded.
+//! The times of a file's frames: from the frames' numbers and the rate, or from a column of rounded times.
 use crate::tables::rows::Rows;
 use rhytid_core::text::quoted;
 use rhytid_core::{Error, Remedy, Result};
 
-/// What a file without a rate is told, without its name.
+/// The message for a file without a rate, without the file's name.
 pub(super) fn no_rate() -> Error {
     Error::no_frame_rate("gives no frame rate; give it with the file, or as `rate` in the take's TOML file")
         .with_remedies(&[Remedy::GiveRate])
@@ -14,7 +14,7 @@ pub(super) fn is_rate(rate: f64) -> bool {
     (1e-3..=1e6).contains(&rate)
 }
 
-/// Gathers what the rows of a text file say of time.
+/// Collects the statements about time in the rows of a text file.
 #[derive(Default)]
 pub(super) struct Clock {
     /// The number that the frame at time 0 has.
@@ -33,8 +33,8 @@ impl Clock {
         Self { zero, ..Self::default() }
     }
 
-    /// Takes the frame's number and its seconds from the cells of the current row, where those columns are there. A column
-    /// with an empty cell counts for nothing in any row.
+    /// Takes the frame's number and its seconds from the cells of the current row, if the columns exist. A
+    /// column with an empty cell in any row is ignored.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] for cells that hold no numbers.
@@ -46,7 +46,7 @@ impl Clock {
         if let Some(seconds) = cell(rows, time, "the time")? {
             self.times.push(seconds);
             let text = time.map_or(&b""[..], |time| rows.cell(time));
-            // With an exponent the digits say less; then the number has all of its digits.
+            // With an exponent, the digits say less. Then the number counts as having all of its digits.
             if !text.iter().any(|b| matches!(b, b'e' | b'E')) {
                 let digits = text.iter().position(|b| *b == b'.').map_or(0, |point| text.len() - point - 1);
                 self.digits = Some(self.digits.map_or(digits, |fewest| fewest.min(digits)));
@@ -61,11 +61,12 @@ impl Clock {
         self.times.truncate(frames);
     }
 
-    /// The time of each of `frames` frames, in seconds, strictly increasing: from the frames' numbers and the rate, which
-    /// have no rounding, unless the file's own times say otherwise. With `given` it is that rate and nothing else.
+    /// The time of each of `frames` frames, in seconds, strictly increasing. Times come from the frames'
+    /// numbers and the rate, which have no rounding, unless the file's own times contradict them. If a rate
+    /// is `given`, times come from that rate alone.
     ///
     /// # Errors
-    /// [`Error::Input`], without the file's name, where there is nothing to go by.
+    /// [`Error::Input`], without the file's name, if neither a rate nor times are known.
     pub(super) fn times(
         mut self,
         frames: usize,
@@ -100,7 +101,7 @@ impl Clock {
                 increasing(even(rate))
             }
             (Some(rate), Some(times)) => {
-                // Half of the last digit, and what adding does to it.
+                // Half of the last digit, and the rounding of the sum.
                 let step = 0.5 * 0.1_f64.powi(self.digits.map_or(15, |digits| digits.min(15) as i32));
                 let near = |even: &[f64]| {
                     even.iter().zip(times).all(|(a, b)| (a - b).abs() <= 1.001 * step + 1e-12 * b.abs())
@@ -109,7 +110,7 @@ impl Clock {
                 if near(&from_zero) {
                     return increasing(from_zero);
                 }
-                // Numbers may go on from where another part of the session ended, while times begin anew.
+                // Numbers may continue from another part of the session, while times begin anew.
                 let first =
                     (times.first().copied().unwrap_or(0.0), self.numbers.first().copied().unwrap_or(0));
                 let from_first: Vec<f64> =
@@ -131,7 +132,7 @@ impl Clock {
     }
 }
 
-/// Numbers beyond what floats tell apart make equal times.
+/// Frame numbers too large for floats to tell apart give equal times.
 fn increasing(times: Vec<f64>) -> Result<Vec<f64>> {
     if times.windows(2).all(|pair| pair[0] < pair[1]) {
         Ok(times)

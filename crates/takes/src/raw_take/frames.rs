@@ -1,18 +1,18 @@
-//! The common part of the text formats, below their headers: a row a frame.
+//! The common part of the text formats below their headers: a row for each frame.
 use super::clock::Clock;
 use super::samples::{Columns, Samples};
 use super::{labels, units};
 use crate::tables::rows::Rows;
 use rhytid_core::{Error, RawTake, Result, Take};
 
-/// What a header says of all frames.
+/// The statements of a header about all frames.
 #[derive(Default)]
 pub(super) struct Header {
     /// A label for each marker; empty where the file has none.
     pub(super) labels: Vec<String>,
-    /// The markers that are promised.
+    /// The number of markers that the header states.
     pub(super) markers: Option<usize>,
-    /// The frames that are promised.
+    /// The number of frames that the header states.
     pub(super) frames: Option<usize>,
     /// Frames per second.
     pub(super) rate: Option<f64>,

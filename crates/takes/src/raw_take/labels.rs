@@ -2,7 +2,7 @@
 use rhytid_core::text::listed;
 use std::collections::{HashMap, HashSet};
 
-/// The text of a label or a value: UTF-8, or else Latin-1, without the blanks and zeros that fill its place up.
+/// The text of a label or a value: UTF-8, or else Latin-1. The blanks and zeros that pad it are removed.
 pub(super) fn text(bytes: &[u8]) -> String {
     let padding = |c: char| c.is_whitespace() || c == '\0';
     match std::str::from_utf8(bytes) {
@@ -57,7 +57,7 @@ pub(super) fn distinct(labels: Vec<String>, warnings: &mut Vec<String>) -> Vec<S
 mod tests {
     use super::*;
 
-    fn of(labels: &[&str]) -> (Vec<String>, Vec<String>) {
+    fn named(labels: &[&str]) -> (Vec<String>, Vec<String>) {
         let mut warnings = Vec::new();
         let out = distinct(labels.iter().map(|&label| label.to_owned()).collect(), &mut warnings);
         (out, warnings)
@@ -65,8 +65,8 @@ mod tests {
 
     #[test]
     fn labels_become_distinct_and_each_kind_of_change_is_one_warning() {
-        assert_eq!(of(&["a", "b"]), (vec!["a".into(), "b".into()], vec![]));
-        let (labels, warnings) = of(&["a", "", "a", "a#2", "a", "", "#2"]);
+        assert_eq!(named(&["a", "b"]), (vec!["a".into(), "b".into()], vec![]));
+        let (labels, warnings) = named(&["a", "", "a", "a#2", "a", "", "#2"]);
         assert_eq!(labels, ["a", "#2#", "a#3", "a#2", "a#4", "#6", "#2"]);
         assert_eq!(
             warnings,
@@ -80,7 +80,7 @@ mod tests {
     #[test]
     fn many_equal_labels_take_no_quadratic_time() {
         let labels = vec!["x"; 300_000];
-        assert_eq!(of(&labels).0[299_999], "x#300000");
+        assert_eq!(named(&labels).0[299_999], "x#300000");
     }
 
     #[test]

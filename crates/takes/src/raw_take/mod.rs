@@ -1,4 +1,5 @@
-//! Raw takes: the files that capture systems write, read as they are, gaps and all. Cleaning them up is another step.
+//! Raw takes: the files of capture systems, read as they are, with all gaps. Cleaning them up is another
+//! step.
 mod c3d;
 mod clock;
 mod frames;
@@ -24,13 +25,13 @@ enum Kind {
     TakeCsv,
 }
 
-/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV or the take's own CSV. Which it is shows in how it begins, and
-/// else in its name's ending. `rate`, in frames per second, takes the place of the rate that the file gives (a take's CSV
-/// has times and none).
+/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV or the take's own CSV. The first bytes tell the
+/// format, and otherwise the extension does. `rate`, in frames per second, replaces the rate of the file. (A
+/// take's CSV has times instead of a rate.)
 ///
 /// # Errors
-/// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers, or says
-/// nothing of its rate; a `rate` that is none. [`Error::Io`].
+/// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers,
+/// or does not state its rate. Also a `rate` that is not valid. [`Error::Io`].
 pub fn read(path: &Path, rate: Option<f64>) -> Result<RawTake> {
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     decode(&bytes, &path.display().to_string(), rate)
@@ -46,7 +47,7 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
             "{name}: is to be read at {rate} frames per second, expected a number from 0.001 to 1000000"
         )));
     }
-    match Kind::of(bytes, Path::new(name)) {
+    match Kind::detect(bytes, Path::new(name)) {
         Kind::C3d => c3d::decode(bytes, name, rate),
         Kind::Trc => trc::decode(bytes, name, rate),
         Kind::Motive => motive::decode(bytes, name, rate),
@@ -58,24 +59,24 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
     }
 }
 
-/// Whether a file is no raw take but the take's own CSV, which [`crate::take`] reads. Of the file no more than its first
-/// bytes are read, and nothing at all of what is no regular file and could not be read twice. A file that cannot be opened
-/// is judged by its name.
+/// Whether a file is the take's own CSV, which [`crate::take`] reads, and not a raw take. Only the first
+/// bytes of a regular file are read. A file that is not regular cannot be read twice, so nothing of it is
+/// read. A file that cannot be opened is judged by its name.
 pub fn is_take_csv(path: &Path) -> bool {
     let mut start = Vec::new();
     if std::fs::metadata(path).is_ok_and(|found| found.is_file())
         && let Ok(file) = std::fs::File::open(path)
     {
-        // What could not be read is found out again, and said, by whoever reads all of it.
+        // An error is ignored here: the reader of the whole file finds and reports it again.
         let _ = file.take(64).read_to_end(&mut start);
     }
-    Kind::of(&start, path) == Kind::TakeCsv
+    Kind::detect(&start, path) == Kind::TakeCsv
 }
 
 impl Kind {
-    fn of(start: &[u8], path: &Path) -> Self {
+    fn detect(start: &[u8], path: &Path) -> Self {
         let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
-        // Before C3D's mark is the block of its parameters, a small number that is no letter.
+        // The byte before C3D's mark is the block of its parameters, a small number that is no letter.
         if start.len() > 1 && start[0] < b' ' && start[1] == c3d::MARK {
             return Self::C3d;
         }

@@ -1,5 +1,6 @@
-//! The CSV that OptiTrack's Motive exports, format versions 1.2x: a line of keys and values, then lines that say of each
-//! column its type (a rigid body, a bone, a marker), name, ID, sometimes parent, property and axis, then the frames.
+//! The CSV that OptiTrack's Motive exports, format versions 1.2x. First comes a line of keys and values. The
+//! next lines state for each column its type (a rigid body, a bone, a marker), name, ID, sometimes parent,
+//! property and axis. Then come the frames.
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;
@@ -12,8 +13,8 @@ const MOST_LINES: usize = 12;
 
 /// Reads a file. An empty cell means that the marker was not seen.
 ///
-/// Markers of rigid bodies and bones are where Motive's model of them has them; they stand in for a marker of the same name
-/// only where the file has none.
+/// Markers of rigid bodies and bones have the places of Motive's model of them. Such a marker is used only
+/// where the file has no measured marker of the same name.
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -86,17 +87,17 @@ fn read_keys(rows: &Rows<'_>, header: &mut Header) {
 }
 
 struct Marker {
-    /// Of its x.
+    /// The column of its x.
     column: usize,
     label: String,
     is_modelled: bool,
 }
 
-/// The columns of positions of markers; `None` where lines are lacking.
+/// The columns of the positions of markers; `None` if lines are missing.
 fn markers(lines: &[Vec<String>]) -> Option<Vec<Marker>> {
     let (axes, lines) = lines.split_last()?;
     let (properties, lines) = lines.split_last()?;
-    // Not every version names its lines, but all have the types first and the names behind them.
+    // Not every version names its lines. But in all of them the types come first and the names later.
     let line = |title: &str, place: usize| {
         let named =
             lines.iter().find(|line| line.get(1).is_some_and(|cell| cell.eq_ignore_ascii_case(title)));

@@ -1,12 +1,12 @@
-//! The TSV that Qualisys Track Manager exports: lines of a key and its values between tabs, sometimes a line that names
-//! the columns, then the frames, with or without their number and time.
+//! The TSV that Qualisys Track Manager exports. First come lines of a key and its values between tabs. A line
+//! that names the columns may follow. Then come the frames, with or without number and time.
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;
 use rhytid_core::{Error, InputErrorKind, RawTake, Result};
 
-/// Reads a file. An empty cell, or a marker at exactly 0, 0, 0, means that the marker was not seen; lengths are in
-/// millimetres, which the file does not say and the program always writes.
+/// Reads a file. An empty cell, or a marker at exactly 0, 0, 0, means that the marker was not seen. Lengths
+/// are in millimetres: the file does not state the unit, but the program always writes millimetres.
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -75,7 +75,7 @@ fn label_of(rows: &Rows<'_>, column: usize) -> String {
     text(rows, column).rsplit_once(' ').map(|(label, _)| label.trim().to_owned()).unwrap_or_default()
 }
 
-/// The columns by the line that names them.
+/// The columns according to the line that names them.
 fn named_columns(rows: &Rows<'_>) -> Columns {
     let place =
         |wanted: &str| (0..rows.width()).find(|&column| text(rows, column).eq_ignore_ascii_case(wanted));
@@ -86,7 +86,8 @@ fn named_columns(rows: &Rows<'_>) -> Columns {
     Columns { number: place("Frame"), time: place("Time"), markers: markers.collect(), others_follow: false }
 }
 
-/// The columns by the width of the first frame: three a marker, and before them the number and the time, or nothing.
+/// The columns by the width of the first frame: three for each marker. Before them there are number and time,
+/// or nothing.
 fn columns_by_width(rows: &Rows<'_>, names: usize, promised: Option<usize>) -> Result<Columns> {
     let width = rows.width();
     // A row may end in a tab.

@@ -12,18 +12,18 @@ pub(super) struct Columns {
     pub(super) time: Option<usize>,
     /// Each marker's x; y and z follow it.
     pub(super) markers: Vec<usize>,
-    /// Whether columns behind the last marker's are other things, and not a mistake.
+    /// Whether columns behind the last marker's hold other data and are no mistake.
     pub(super) others_follow: bool,
 }
 
 /// Gathers frames of markers.
 pub(super) struct Samples {
     columns: Columns,
-    /// The cells of a row that are looked at.
+    /// The number of cells of a row that are read.
     end: usize,
-    /// Whether a marker at the origin was not seen.
+    /// Whether a marker at the origin counts as not seen.
     origin_is_missing: bool,
-    /// More positions than this are not to be had from the file.
+    /// The most positions that a file of this size can hold.
     most: usize,
     positions: Vec<[f64; 3]>,
 }
@@ -32,22 +32,25 @@ impl Samples {
     /// For a file of `bytes` bytes.
     pub(super) fn new(columns: Columns, origin_is_missing: bool, bytes: usize) -> Self {
         let end = columns.markers.iter().map(|x| x + 3).max().unwrap_or(0);
-        // A marker takes three bytes of a whole row, its separators; rows cut off behind their last value have fewer.
+        // In a whole row, a marker takes at least three bytes: its separators. Rows that are cut off behind
+        // their last value have fewer.
         Self { columns, end, origin_is_missing, most: bytes / 2, positions: Vec::new() }
     }
 
-    /// Whether the current row is a frame. One of empty cells is none, unless rows have nothing but markers.
+    /// Whether the current row is a frame. A row of empty cells is no frame, unless rows have nothing but
+    /// markers.
     pub(super) fn is_frame(&self, rows: &Rows<'_>) -> bool {
         let whole = self.columns.number.is_none() && self.columns.time.is_none() && rows.width() >= self.end;
         whole || (0..rows.width()).any(|column| !rows.cell(column).is_empty())
     }
 
-    /// Takes the current row for a frame. A marker with an empty cell is missing; so is one with a cell that says that it
-    /// is no number, or with cells beyond the row's end.
+    /// Adds the current row as a frame. A marker is missing if it has an empty cell, a cell that says that it
+    /// is no number, or cells beyond the end of the row.
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`]: a cell that is neither empty nor a number, one that belongs to no marker, or rows so
-    /// much shorter than the header that the take would have no proportion to the file.
+    /// [`rhytid_core::Error::Input`]: a cell that is neither empty nor a number, or one that belongs to no
+    /// marker. Also rows far shorter than the header, with which the take would be out of proportion to the
+    /// file.
     pub(super) fn push(&mut self, rows: &Rows<'_>) -> Result<()> {
         let markers = &self.columns.markers;
         if self.positions.len() + markers.len() > self.most {
@@ -100,7 +103,7 @@ impl Samples {
     }
 }
 
-/// A coordinate; NaN for an empty cell and for what is written where there is no number. `None` for anything else.
+/// A coordinate; NaN for an empty cell and for text that stands for “no number”. `None` for anything else.
 fn number(cell: &[u8]) -> Option<f64> {
     if cell.is_empty() {
         return Some(f64::NAN);
@@ -108,7 +111,7 @@ fn number(cell: &[u8]) -> Option<f64> {
     match std::str::from_utf8(cell).ok()?.parse::<f64>() {
         Ok(number) if !number.is_finite() => Some(f64::NAN),
         Ok(number) => (number.abs() <= f64::from(f32::MAX)).then_some(number),
-        // `1.#QNAN` and its like are how Windows' older libraries print what is no number.
+        // Older Windows libraries print `1.#QNAN` and the like for NaN.
         Err(_) => cell.contains(&b'#').then_some(f64::NAN),
     }
 }

@@ -1,6 +1,6 @@
-//! TRC, a text format of Motion Analysis that many programs write: lines of cells between tabs. Keys and values of the
-//! trial, then a line `Frame#`, `Time` and the markers' labels, each over the first of its three columns, then one that
-//! numbers the axes, then the frames.
+//! TRC, a text format of Motion Analysis that many programs write: lines of cells between tabs. First come
+//! keys and values of the trial. Then a line has `Frame#`, `Time` and the labels of the markers, each over
+//! the first of its three columns. The next line numbers the axes, and then come the frames.
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;
@@ -10,7 +10,8 @@ use rhytid_core::{Error, RawTake, Result};
 /// Columns before the first marker.
 const LEAD: usize = 2;
 
-/// Reads a file. An empty cell or one that holds no number means that the marker was not seen; rows may end early.
+/// Reads a file. An empty cell, or a cell without a number, means that the marker was not seen. Rows may end
+/// early.
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -47,7 +48,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
         more = rows.advance()?;
     }
     if more {
-        // Markers without a label, which show in a row's length alone.
+        // Markers without a label show only in the length of a row.
         let room = rows.width().saturating_sub(LEAD) / 3;
         count = count.max(markers_in(filled(&rows))).max(room.min(header.markers.unwrap_or(0)));
     }
@@ -62,7 +63,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     frames::read(more.then_some(rows), bytes, name, header, rate)
 }
 
-/// How many markers a row of so many cells reaches into.
+/// The number of markers that a row of so many cells reaches.
 fn markers_in(cells: usize) -> usize {
     cells.saturating_sub(LEAD).div_ceil(3)
 }
@@ -79,7 +80,7 @@ fn read_values(rows: &Rows<'_>, keys: &[String], header: &mut Header) {
     }
 }
 
-/// The labels, each by its place: over every third column. Some programs put them side by side.
+/// The labels, each with its place over every third column. Some programs put them side by side.
 fn labels(rows: &Rows<'_>, promised: Option<usize>, warnings: &mut Vec<String>) -> Result<Vec<String>> {
     let cells: Vec<String> = (LEAD..filled(rows)).map(|column| text(rows, column)).collect();
     let out_of_place = cells.iter().enumerate().find(|(place, cell)| place % 3 != 0 && !cell.is_empty());

@@ -13,7 +13,7 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
     })
 }
 
-/// What to warn of where [`metres`] knows nothing of the `unit` that is found in `place`.
+/// The warning for a `unit`, found in `place`, that [`metres`] does not know.
 pub(super) fn unknown(unit: &str, place: &str) -> String {
     if unit.is_empty() {
         format!("{place} names no unit of length; it has to be given, or guessed from the size of the face")

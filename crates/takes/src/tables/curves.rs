@@ -4,8 +4,8 @@ use rhytid_core::{AtomicFile, Error, Result};
 use std::io::Write;
 use std::path::Path;
 
-/// Writes curves as CSV: the columns `frame` and `time`, in seconds, then one for each of `names`; a row for each frame from `first` on,
-/// with as many of `values` (frames × names), as short as they are without loss.
+/// Writes curves as CSV: the columns `frame` and `time`, in seconds, then a column for each of `names`. Each
+/// frame from `first` on has a row. `values` (frames × names) are written as short as possible without loss.
 ///
 /// # Errors
 /// [`Error::Input`] if the folder does not exist; [`Error::Io`].

@@ -4,8 +4,8 @@ use rhytid_core::text::quoted;
 use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::path::Path;
 
-/// Reads pairs of labels, of the first face and of the second, from a CSV file with the columns `from` and `to`; a row without one of them is left out, other columns do
-/// not matter.
+/// Reads pairs of labels from a CSV file: column `from` for the first face and `to` for the second. Rows
+/// without one of them are skipped. Other columns do not matter.
 ///
 /// # Errors
 /// [`Error::Input`]: no such columns, a label that occurs twice in its column, no pairs. [`Error::Io`].

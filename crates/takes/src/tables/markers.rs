@@ -1,4 +1,5 @@
-//! Which marker is which handle's: `handle,marker,distance_mm,sure`, a table that is written as a proposal and that a person edits.
+//! The marker of each handle: `handle,marker,distance_mm,sure`. The table is written as a proposal, and a
+//! person edits it.
 use super::rows::Rows;
 use super::write_checked;
 use rhytid_core::text::quoted;
@@ -14,14 +15,16 @@ pub struct MarkerRow {
     pub marker: Option<String>,
     /// How far the marker is from the handle at neutral, in millimetres; `None` where that is not known.
     pub distance_mm: Option<f64>,
-    /// From 0, where another marker might as well be it, to 1.
+    /// The certainty: 0 if another marker fits as well, up to 1.
     pub sure: f64,
 }
 
-/// Reads the pairs of handle and marker from a CSV file with these two columns; a handle without a marker is left out, other columns do not matter.
+/// Reads the pairs of handle and marker from a CSV file with these two columns. Handles without a marker are
+/// skipped. Other columns do not matter.
 ///
 /// # Errors
-/// [`Error::Input`]: no such columns, no handle in a row, a handle or a marker that occurs twice. [`Error::Io`].
+/// [`Error::Input`]: no such columns, no handle in a row, a handle or a marker that occurs twice.
+/// [`Error::Io`].
 pub fn read_markers(path: &Path) -> Result<Vec<(String, String)>> {
     let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode(&bytes, &path.display().to_string())
@@ -62,7 +65,8 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
 /// Writes the table.
 ///
 /// # Errors
-/// [`Error::Input`] if [`read_markers`] would not read it back: labels that occur twice, or begin or end with a blank. [`Error::Io`].
+/// [`Error::Input`] if [`read_markers`] would not read it back: labels that occur twice, or begin or end with
+/// a blank. [`Error::Io`].
 pub fn write_markers(path: &Path, table: &[MarkerRow]) -> Result<()> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     let mut encode = || -> csv::Result<()> {

@@ -1,5 +1,10 @@
-//! Tables: the handles (`label,vertex`), the strain edges (`a,b`) and which marker is which handle's (`handle,marker`) and which
-//! handles of two faces are at the same place (`from,to`), as CSV; and curves.
+//! Tables as CSV:
+//!
+//! - the handles (`label,vertex`),
+//! - the strain edges (`a,b`),
+//! - the marker of each handle (`handle,marker`),
+//! - the handles of two faces that are at the same place (`from,to`),
+//! - curves.
 mod curves;
 mod landmarks;
 mod markers;
@@ -19,15 +24,16 @@ use std::path::Path;
 /// The column of how far each handle is from its marker.
 const DISTANCE: &str = "distance_mm";
 
-/// Reads the handles from a CSV file with the header `label,vertex` (in either order); `vertex` counts from 0. A column `distance_mm`, which
-/// says how far each was from its marker when it was placed, may be there.
-/// Blanks around cells, blank lines and a byte order mark do not count.
+/// Reads the handles from a CSV file with the header `label,vertex` (in either order).
 ///
-/// A vertex that occurs twice is left to `rhytid_solve::examine`.
+/// `vertex` counts from 0. There may be a column `distance_mm` with the distance of each handle from its
+/// marker when it was placed. Blanks around cells, blank lines and a byte order mark do not count.
+///
+/// A vertex that occurs twice is not checked here; `rhytid_solve::examine` does that.
 ///
 /// # Errors
-/// [`Error::Input`]: a header other than that, an empty label or one that occurs twice, a vertex that is not a
-/// whole number, no rows at all. [`Error::Io`].
+/// [`Error::Input`]: another header, an empty label or one that occurs twice, a vertex that is not a whole
+/// number, no rows at all. [`Error::Io`].
 pub fn read_handles(path: &Path) -> Result<Handles> {
     let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode_handles(&bytes, &path.display().to_string())
@@ -79,15 +85,18 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
     Ok(handles)
 }
 
-/// Reads which frames of a take are meant from a CSV file with a column `frame`, counted from 0; other columns do not matter.
+/// Reads frame numbers of a take from a CSV file with a column `frame`, counted from 0. Other columns do not
+/// matter.
 ///
 /// # Errors
-/// [`Error::Input`]: no such column, a frame that is not a whole number or not below `frames`, no rows. [`Error::Io`].
+/// [`Error::Input`]: no such column, a frame that is not a whole number or not below `frames`, no rows.
+/// [`Error::Io`].
 pub fn read_frames(path: &Path, frames: usize) -> Result<Vec<usize>> {
     read_indices(path, "frame", frames, "the last frame of the take")
 }
 
-/// Whole numbers below `count` from the column `name_of`; `last` says what the last of them is.
+/// Whole numbers below `count` from the column `name_of`. `last` describes the last allowed number in
+/// messages.
 fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<Vec<usize>> {
     let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     let name = path.display().to_string();
@@ -123,17 +132,19 @@ fn read_indices(path: &Path, name_of: &str, count: usize, last: &str) -> Result<
 /// Reads vertices from a CSV file with a column `vertex`, counted from 0; other columns do not matter.
 ///
 /// # Errors
-/// [`Error::Input`]: no such column, a vertex that is not a whole number or not below `count`, no rows. [`Error::Io`].
+/// [`Error::Input`]: no such column, a vertex that is not a whole number or not below `count`, no rows.
+/// [`Error::Io`].
 pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<VertexId>> {
     let vertices = read_indices(path, "vertex", count, "the mesh's last vertex")?;
     Ok(vertices.into_iter().map(VertexId::from_index).collect())
 }
 
-/// Writes handles so that [`read_handles`] gives them back, with the distance of each from its marker in millimetres where there are as many.
+/// Writes handles so that [`read_handles`] reads the same. If there are as many distances, also writes the
+/// distance of each handle from its marker in millimetres.
 ///
 /// # Errors
-/// [`Error::Input`] if it would not: labels that are empty, that begin or end with a blank or occur twice, or
-/// no handles at all. [`Error::Io`].
+/// [`Error::Input`] if [`read_handles`] would not read them: labels that are empty, begin or end with a blank
+/// or occur twice, or no handles at all. [`Error::Io`].
 pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) -> Result<()> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     let mut encode = || -> csv::Result<()> {
@@ -155,7 +166,7 @@ pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) 
     write_checked(path, &bytes, |name| Ok(decode_handles(&bytes, name)? == *handles))
 }
 
-/// Writes `bytes` if `reads_back`, which is given the file's name, finds the same in them again.
+/// Writes `bytes` if `reads_back` finds the same content in them. `reads_back` receives the name of the file.
 pub fn write_checked(path: &Path, bytes: &[u8], reads_back: impl FnOnce(&str) -> Result<bool>) -> Result<()> {
     let refused =
         |reason: &str| Error::malformed(format!("not written, as it could not be read back: {reason}"));
@@ -174,11 +185,12 @@ pub fn write_checked(path: &Path, bytes: &[u8], reads_back: impl FnOnce(&str) ->
     file.finish()
 }
 
-/// Reads strain edges from a CSV file with the header `a,b`: pairs of `labels`, returned as indices into them.
+/// Reads strain edges from a CSV file with the header `a,b`: pairs of `labels`, returned as indices into
+/// them.
 ///
 /// # Errors
-/// [`Error::Input`]: a header other than that, an unknown label, an edge from a handle to itself, one that
-/// occurs twice (in either direction), no rows at all. [`Error::Io`].
+/// [`Error::Input`]: another header, an unknown label, an edge from a handle to itself, an edge that occurs
+/// twice (in either direction), no rows at all. [`Error::Io`].
 pub fn read_strain_edges(path: &Path, labels: &[String]) -> Result<Vec<[HandleId; 2]>> {
     let bytes = input_file::read(path, input_file::LARGEST_TEXT)?;
     decode_strain_edges(&bytes, &path.display().to_string(), labels)

@@ -34,7 +34,8 @@ impl<'a> Rows<'a> {
         Ok(rows)
     }
 
-    /// Rows of any length under no header, their cells apart by `separator`. Quotes count where that is a comma.
+    /// Rows of any length without a header, with cells between `separator`. Quotes count only if the
+    /// separator is a comma.
     pub(crate) fn without_header(bytes: &'a [u8], name: &'a str, separator: u8) -> Self {
         let reader = csv::ReaderBuilder::new()
             .has_headers(false)

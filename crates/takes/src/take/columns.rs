@@ -8,10 +8,10 @@ use rhytid_core::text::quoted;
 use rhytid_core::{InputErrorKind, Result};
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-/// What a label's columns end with.
+/// The endings of a label's columns.
 pub(super) const AXES: [&str; 3] = ["_x", "_y", "_z"];
 
-/// Where things are in a row.
+/// The places of the columns in a row.
 pub(super) struct Columns {
     pub(super) time: usize,
     pub(super) labels: Vec<String>,
@@ -81,7 +81,7 @@ pub(super) fn match_columns(rows: &Rows<'_>, name: &str, wanted: Option<&[String
     })
 }
 
-/// What the columns of a header are.
+/// The meaning of the columns of a header.
 #[derive(Default)]
 struct Header<'a> {
     time: Option<usize>,
@@ -138,7 +138,7 @@ fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Head
     Ok(header)
 }
 
-/// The columns of the confidence of `kept` labels, as far as there are any.
+/// The columns with the confidence of `kept` labels, if they exist.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Input`] without `wanted`, where a column is of a label without positions.

@@ -6,7 +6,8 @@ use rhytid_core::{Error, Result, Take};
 
 const SUFFIX: &str = "_confidence";
 
-/// The label of a column: `brow_left_confidence` is that of `brow_left`. No column ends with this and an axis too.
+/// The label of a column: `brow_left_confidence` is that of `brow_left`. No column ends with this and an axis
+/// too.
 pub(super) fn label(column: &str) -> Option<&str> {
     column.strip_suffix(SUFFIX).filter(|label| !label.is_empty())
 }
@@ -47,7 +48,7 @@ pub(super) fn read(
     Ok(())
 }
 
-/// `None` where all are 1, as [`Take::confidence`] has it.
+/// `None` if all are 1, as in [`Take::confidence`].
 pub(super) fn below_one(confidence: Option<Vec<f32>>) -> Option<Vec<f32>> {
     confidence.filter(|all| all.iter().any(|&x| x < 1.0))
 }
@@ -55,7 +56,8 @@ pub(super) fn below_one(confidence: Option<Vec<f32>>) -> Option<Vec<f32>> {
 /// The markers that need a column: those whose confidence is below 1 in any frame.
 ///
 /// # Errors
-/// [`Error::Input`] if the take has not frames × M confidences from 0 to 1. It begins with `name`.
+/// [`Error::Input`] if the take does not have frames × M confidences from 0 to 1. The message begins with
+/// `name`.
 pub(super) fn written(take: &Take, name: &str) -> Result<Vec<usize>> {
     let Some(confidence) = &take.confidence else { return Ok(Vec::new()) };
     let m = take.labels.len();

@@ -12,13 +12,13 @@ pub(super) const COLUMNS: [&str; 7] =
 /// A quaternion's length may be off by this much: files have rounded digits.
 const LENGTH_TOLERANCE: f64 = 1e-3;
 
-/// Where the columns are, as far as they are there.
+/// The places of the columns that exist.
 pub(super) type Found = [Option<usize>; 7];
 
 /// All seven, or `None` if there is none of them.
 ///
 /// # Errors
-/// [`rhytid_core::Error::Input`] names those that are lacking where there are some.
+/// [`rhytid_core::Error::Input`] if only some are there; it names the missing ones.
 pub(super) fn complete(rows: &Rows<'_>, found: Found) -> Result<Option<[usize; 7]>> {
     let columns: Vec<usize> = found.into_iter().flatten().collect();
     if columns.is_empty() {
@@ -36,7 +36,7 @@ pub(super) fn complete(rows: &Rows<'_>, found: Found) -> Result<Option<[usize; 7
     )))
 }
 
-/// The head pose in the current row; `before` where it is missing and may be.
+/// The head pose in the current row; `before` if the pose is missing and may be.
 pub(super) fn read(
     rows: &Rows<'_>,
     columns: [usize; 7],
@@ -64,7 +64,7 @@ pub(super) fn read(
     }
     let [w, x, y, z, tx, ty, tz] = numbers;
     let length = (w * w + x * x + y * y + z * z).sqrt();
-    // The numbers are finite; their squares may not be, which is a length of infinity.
+    // The numbers are finite, but their squares may overflow, which gives a length of infinity.
     if (length - 1.0).abs() > LENGTH_TOLERANCE {
         let message = format!(
             "the head's quaternion ({w}, {x}, {y}, {z}) has the length {length}, expected 1; \
@@ -73,7 +73,7 @@ pub(super) fn read(
         return Err(in_frame(rows, frame, &message));
     }
     let motion = RigidMotion { rotation: [x, y, z, w], translation: [tx, ty, tz] };
-    // What was written by [`super::write`] keeps its bits.
+    // Poses that [`super::write`] has written keep their bits.
     Ok(if motion.is_rigid() {
         motion
     } else {

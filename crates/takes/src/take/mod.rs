@@ -1,5 +1,5 @@
-//! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…` in seconds and mesh units, with the head's motion where
-//! it is known, and the confidence of markers that are filled rather than measured.
+//! Takes: marker tracks as CSV, `time,LABEL_x,LABEL_y,LABEL_z,…`, in seconds and mesh units. A take may have
+//! the head's motion, and the confidence of markers that are filled rather than measured.
 mod cells;
 mod columns;
 mod confidence;
@@ -18,15 +18,19 @@ pub use rhytid_core::Missing;
 
 /// Reads a take. Columns are matched by name, in any order.
 ///
-/// With `wanted` (distinct labels: a rig's handles) the take has these labels in this order, and whatever else
-/// is in the file is named in one warning. Without, it has all labels in the order of the header. It has confidences where
-/// one of its markers has a column of them that is not 1 throughout.
+/// With `wanted` (distinct labels, such as a rig's handles), the take has these labels in this order. One
+/// warning names everything else in the file. Without `wanted`, the take has all labels in the order of the
+/// header. The take has confidences if a marker has a column of confidences that are not all 1.
 ///
 /// # Errors
-/// [`Error::Input`]: no column `time`, a column that occurs twice, a label without its three columns (with
-/// `wanted`: a wanted one), without `wanted` any other column; a row with more or fewer cells than the header;
-/// a time that does not increase; a cell that is not a number; a confidence that is not from 0 to 1; a marker that is
-/// missing from a frame, or with [`Missing::Hold`] from all frames; no frames. [`Error::Io`].
+/// [`Error::Input`] in these cases; [`Error::Io`].
+///
+/// - There is no column `time`, or a column occurs twice.
+/// - A label (with `wanted`: a wanted label) lacks one of its three columns.
+/// - Without `wanted`, there is any other column.
+/// - A row has more or fewer cells than the header, or there are no frames.
+/// - A time does not increase, a cell is not a number, or a confidence is not from 0 to 1.
+/// - A marker is missing from a frame, or with [`Missing::Hold`] from all frames.
 pub fn read(path: &Path, wanted: Option<&[String]>, missing: Missing) -> Result<Take> {
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     decode(&bytes, &path.display().to_string(), wanted, missing)
@@ -103,7 +107,7 @@ fn read_time(rows: &Rows<'_>, column: usize, frame: usize, before: Option<f64>) 
     }
 }
 
-/// Where a marker is in the current row; `None` where it is missing and may be.
+/// The position of a marker in the current row; `None` if it is missing and may be.
 fn read_marker(
     rows: &Rows<'_>,
     columns: [usize; 3],
@@ -145,11 +149,14 @@ fn read_marker(
     Ok((!is_missing).then_some(position))
 }
 
-/// Writes a take so that [`read`] gives it back bit for bit; a marker at [`RawTake::MISSING`] has empty cells.
+/// Writes a take so that [`read`] returns the same bits. A marker at [`RawTake::MISSING`] has empty cells.
 ///
 /// # Errors
-/// [`Error::Input`] if it would not: other numbers that are not finite, times that do not increase, labels that are
-/// empty, that begin or end with a blank or occur twice, confidences outside of 0 to 1, no frames, no labels. [`Error::Io`].
+/// [`Error::Input`] if [`read`] would not return the take; [`Error::Io`]. The take must not have:
+///
+/// - other numbers that are not finite, times that do not increase, or confidences outside of 0 to 1,
+/// - labels that are empty, that begin or end with a blank, or that occur twice,
+/// - no frames or no labels.
 pub fn write(path: &Path, take: &Take) -> Result<()> {
     let m = take.labels.len();
     if take.positions.len() != take.frames().saturating_mul(m) || m == 0 {
@@ -222,7 +229,7 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
     })
 }
 
-/// A marker is missing where its position is NaN, of whatever bits.
+/// A marker is missing where its position is NaN; the bits of the NaN do not matter.
 fn same_positions(a: &Take, b: &Take) -> bool {
     let bits = |x: &f64| if x.is_nan() { f64::NAN.to_bits() } else { x.to_bits() };
     a.positions.as_flattened().iter().map(bits).eq(b.positions.as_flattened().iter().map(bits))

@@ -1,4 +1,4 @@
-//! What is wrong is said, with its remedy.
+//! Mistakes are reported, with their remedies.
 use crate::support::{bare, processor, rig};
 use rhytid_core::{Examples, Face, NoProgress, Progress, Rig, Table};
 use rhytid_test_support::changed;
@@ -47,17 +47,17 @@ fn landmarks_that_say_too_little_are_refused() {
 fn doubtful_landmarks_are_warned_of() {
     let (from, to) = faces();
     let warned = |to: &Face, landmarks: Option<&[(&str, &str)]>, expected: &str| {
-        let found = made(&from, to, landmarks).unwrap().account.warnings;
+        let found = made(&from, to, landmarks).unwrap().report.warnings;
         assert!(found.iter().any(|warning| warning.contains(expected)), "{expected}: {found:?}");
     };
-    assert_eq!(made(&from, &to, None).unwrap().account.warnings, [""; 0]);
-    // Left for right in all labels.
+    assert_eq!(made(&from, &to, None).unwrap().report.warnings, [""; 0]);
+    // Left and right are exchanged in all labels.
     let mut mirrored = to.clone();
     for label in &mut mirrored.handles.labels {
         *label = label.replace("_L", "_?").replace("_R", "_L").replace("_?", "_R");
     }
     warned(&mirrored, None, "left and right are exchanged");
-    // One at another place.
+    // One landmark is at another place.
     let mut astray = to.clone();
     let at = |label: &str| to.handles.labels.iter().position(|l| l == label).unwrap();
     astray.handles.labels.swap(at("cheek_L2"), at("cheekbone_L2"));
@@ -65,7 +65,7 @@ fn doubtful_landmarks_are_warned_of() {
     let few: Vec<(&str, &str)> =
         ["chin", "nasion", "mouth_corner_L", "mouth_corner_R", "forehead"].map(|l| (l, l)).to_vec();
     warned(&to, Some(&few), "only 5 landmarks are shared");
-    // In metres, but said to be in centimetres.
+    // The mesh is in metres, but the unit says centimetres.
     let mut small = to.clone();
     small.neutral.positions.iter_mut().flatten().for_each(|x| *x *= 0.01);
     warned(&small, None, "the second face is 0.01 times as large as the first");
@@ -77,7 +77,7 @@ fn what_is_of_its_own_is_kept_and_work_can_be_stopped() {
     let own = rhytid_demo::face(2_000).examples.swap_remove(2);
     to.examples.push(own.clone());
     let found = made(&from, &to, None).unwrap();
-    assert_eq!(found.account.own, std::slice::from_ref(&own.name));
+    assert_eq!(found.report.own, std::slice::from_ref(&own.name));
     assert_eq!(found.face.examples.len(), from.examples().names.len());
     assert_eq!(found.face.examples[0], own);
 

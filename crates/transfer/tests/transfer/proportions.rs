@@ -1,10 +1,11 @@
-//! Made faces of other proportions, with other meshes: the answer is the first's expression with the same change of proportions.
+//! Generated faces of other proportions, with other meshes. The expected result is the first face's
+//! expression with the same change of proportions.
 use crate::support::{bare, minus, processor, rig, rms};
 use rhytid_core::NoProgress;
 use rhytid_solve::solve;
 use rhytid_transfer::{Settings, transfer};
 
-/// A head that is wider below and longer above, with a longer nose, a twentieth larger in all.
+/// A head that is wider below and longer above, with a longer nose, and a twentieth larger as a whole.
 fn other_head([x, y, z]: [f64; 3]) -> [f64; 3] {
     let below = 1.0 / (1.0 + ((y + 5.0) / 2.5).exp());
     let nose = (-(x * x / 3.0 + (y + 3.0) * (y + 3.0) / 6.0)).exp();
@@ -23,8 +24,8 @@ fn another_heads_expressions_are_those_of_its_proportions() {
     let second = bare(&truth, truth.neutral.clone(), truth.handles.vertices.clone());
     let settings = Settings { smooth_band: true, landmarks: None };
     let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
-    println!("{:?} {:?} {:?}", made.account.distance_mm, made.account.stretch, made.account.warnings);
-    assert!(made.account.turned_over == 0 && made.account.covered > 0.97, "{:?}", made.account);
+    println!("{:?} {:?} {:?}", made.report.distance_mm, made.report.stretch, made.report.warnings);
+    assert!(made.report.turned_over == 0 && made.report.covered > 0.97, "{:?}", made.report);
     for (made, truth) in made.face.examples.iter().zip(&truth.examples) {
         let [off, worst] = rms(made.positions.iter().zip(&truth.positions).map(|(x, y)| minus(x, y)));
         let [size, most] =
@@ -39,7 +40,7 @@ fn another_heads_expressions_are_those_of_its_proportions() {
         );
         assert!(off < 0.15 * size, "{}: {off} of {size}", made.name);
     }
-    // What is made is solved as any face is, and its markers are met.
+    // The result is solved as any face is, and its markers are met.
     let to = solve(&made.face, &NoProgress).unwrap();
     for (h, &v) in to.handles().vertices.iter().enumerate() {
         let row = to.basis().row(v.index());

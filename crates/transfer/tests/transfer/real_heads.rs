@@ -1,4 +1,5 @@
-//! A whole head on another one that shares nothing with it: other vertices, another unit, handles that were found by a capture's markers.
+//! Transfer to a head that shares nothing with the first: other vertices, another unit, and handles that come
+//! from a capture's markers.
 use crate::support::{face, minus, played, processor, rig, rms};
 use rhytid_capture::{HandleSettings, place_handles};
 use rhytid_core::{Face, Handles, NoProgress, Settings as SolveSettings, UpAxis};
@@ -24,7 +25,7 @@ fn makehuman(shared: &Path) -> Face {
     face
 }
 
-/// The part of the edges whose ends come apart by more than twice their length in any of some expressions.
+/// The part of the edges whose ends move apart by more than twice their length in any of the expressions.
 fn torn(face: &Face, expressions: &[Vec<[f64; 3]>]) -> f64 {
     let rest = &face.neutral.positions;
     let length = |v: [f64; 3]| rms(std::iter::once(v))[0];
@@ -48,7 +49,7 @@ fn a_head_on_another_head() {
     for smooth_band in [false, true] {
         let settings = Settings { smooth_band, landmarks: None };
         let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
-        let found = &made.account;
+        let found = &made.report;
         println!("{} {:?} {:?} {:?}", found.covered, found.bare, found.distance_mm, found.stretch);
         assert!(found.turned_over == 0 && found.landmarks.len() > 80 && !found.same_topology, "{found:?}");
         assert!(
@@ -66,7 +67,7 @@ fn a_head_on_another_head() {
         for (example, full) in made.face.examples.iter().zip(&full) {
             let moved = |rest: &[[f64; 3]], x: &[[f64; 3]]| rms(x.iter().zip(rest).map(|(x, y)| minus(x, y)));
             let rest: Vec<[f64; 3]> = from.surface().rest.iter().map(|x| x.map(f64::from)).collect();
-            // In millimetres, teeth and all.
+            // In millimetres, with the teeth.
             let [_, first] = moved(&rest, full).map(|x| 10.0 * x);
             let [_, second] = moved(rest_of_second, &example.positions).map(|x| 100.0 * x);
             assert!(second < 1.2 * found.scale * first, "{}: {second:.1} mm of {first:.1}", example.name);
@@ -129,7 +130,7 @@ fn a_real_face_on_a_made_one_by_a_table_of_landmarks() {
     let landmarks = Some(PAIRS.map(|(a, b)| (a.to_owned(), b.to_owned())).to_vec());
     let settings = Settings { smooth_band: false, landmarks };
     let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
-    let found = &made.account;
+    let found = &made.report;
     println!("{} {:?} {:?} {:?}", found.covered, found.bare, found.distance_mm, found.stretch);
     assert!(found.turned_over < 20 && found.landmarks.len() == PAIRS.len(), "{found:?}");
     assert!(

@@ -1,20 +1,20 @@
-//! A mesh of the same surface that has other vertices, in another order, and other faces.
+//! A mesh of the same surface with other vertices, in another order, and other faces.
 use rhytid_core::{Face, Faces, Mesh, VertexId};
 use rhytid_geometry::triangulate;
 use rhytid_kernels::normals::{VertexTriangles, fan};
 
-/// A surface meshed anew.
+/// A surface with a new mesh.
 pub(crate) struct Remeshed {
     /// The mesh.
     pub mesh: Mesh,
-    /// Where on the first mesh each of its vertices is: three vertices and their weights.
+    /// The place of each of its vertices on the first mesh: three vertices and their weights.
     pub places: Vec<([u32; 3], [f64; 3])>,
-    /// The vertices that the first's handles became.
+    /// The vertices of the first mesh's handles.
     pub handles: Vec<u32>,
 }
 
 impl Remeshed {
-    /// What the first mesh has, at the vertices of the second.
+    /// Values of the first mesh at the vertices of the second.
     pub(crate) fn at(&self, values: &[[f64; 3]]) -> Vec<[f64; 3]> {
         let mean = |(corners, weights): &([u32; 3], [f64; 3])| {
             [0, 1, 2].map(|c| (0..3).map(|i| weights[i] * values[corners[i] as usize][c]).sum())
@@ -23,14 +23,14 @@ impl Remeshed {
     }
 }
 
-/// From 0 to 1, always the same.
+/// A reproducible number from 0 to 1.
 fn noise(i: usize) -> f64 {
     let x = (i as f64 * 12.9898).sin() * 43758.5453;
     x - x.floor()
 }
 
-/// Vertices slide into a neighbouring triangle, a third of those that can go are taken out and leave a polygon, and all are renumbered. Handles and the
-/// border stay where they are.
+/// Makes the new mesh. Vertices slide into a neighbouring triangle. A third of those that can go are removed
+/// and leave a polygon. All vertices are renumbered. Handles and the border stay where they are.
 pub(crate) fn remeshed(face: &Face) -> Remeshed {
     let triangles = triangulate(&face.neutral);
     let count = face.neutral.positions.len();
@@ -38,7 +38,7 @@ pub(crate) fn remeshed(face: &Face) -> Remeshed {
     let rings: Vec<Vec<u32>> = (0..count).map(|v| fan(v as u32, &triangles, at_vertices.at(v))).collect();
     let is_inside = |v: usize| {
         let ring = &rings[v];
-        // A ring of as many vertices as there are triangles is closed.
+        // A ring is closed if it has as many vertices as triangles.
         let distinct: std::collections::BTreeSet<u32> = ring.iter().copied().collect();
         distinct.len() == at_vertices.at(v).len()
     };

@@ -1,4 +1,4 @@
-//! The real face onto itself with other vertices and faces: what is carried over is known.
+//! Transfer of the real face to itself with other vertices and faces. The result is known.
 use crate::remesh::remeshed;
 use crate::support::{bare, face, minus, played, processor, rig, rms, wrinkles};
 use rhytid_core::{NoProgress, VertexId};
@@ -17,13 +17,13 @@ fn the_real_face_on_itself_with_another_mesh() {
     let examples = from.examples().handles.as_slice().as_flattened();
     let full = played(&from, examples, OutputStage::Full);
     let wrinkles = wrinkles(&from, &full);
-    // Millimetres of centimetres.
+    // Centimetres to millimetres.
     let mm = |[rms, worst]: [f64; 2]| [10.0 * rms, 10.0 * worst];
     for smooth_band in [false, true] {
         let settings = Settings { smooth_band, landmarks: None };
         let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
-        assert!(made.account.warnings.is_empty() && made.account.turned_over == 0, "{:?}", made.account);
-        assert!(made.account.covered > 0.99 && (made.account.scale - 1.0).abs() < 1e-6, "{:?}", made.account);
+        assert!(made.report.warnings.is_empty() && made.report.turned_over == 0, "{:?}", made.report);
+        assert!(made.report.covered > 0.99 && (made.report.scale - 1.0).abs() < 1e-6, "{:?}", made.report);
         let to = rig(&made.face);
         // At the examples, on the rig that was made.
         let to_full = played(&to, to.examples().handles.as_slice().as_flattened(), OutputStage::Full);
@@ -36,7 +36,8 @@ fn the_real_face_on_itself_with_another_mesh() {
                 wrong.extend(to_full[p].iter().zip(&expected).map(|(x, y)| minus(x, y)));
                 all.extend(expected.iter().zip(&again.mesh.positions).map(|(x, y)| minus(x, y)));
             } else {
-                // On the second's own shell, moved as the first is without its wrinkles. No wrinkle moves a handle here.
+                // The wrinkles on the second face's own shell, which moves as the first face without its
+                // wrinkles. No wrinkle moves a handle here.
                 let expected = again.at(&wrinkles[p]);
                 let found = to_full[p].iter().zip(&to_shell[p]).map(|(x, y)| minus(x, y));
                 wrong.extend(found.zip(&expected).map(|(x, y)| minus(&x, y)));

@@ -1,4 +1,5 @@
-//! Where both faces have the same faces, nothing is looked for: each vertex has what it has on the first.
+//! With the same faces, no counterpart is searched: each vertex gets the movement of the same vertex of the
+//! first face.
 use crate::support::{bare, minus, played, processor, rig, rms, wrinkles};
 use rhytid_core::NoProgress;
 use rhytid_formats::export::OutputStage;
@@ -11,14 +12,14 @@ fn the_same_rest_gets_the_same_examples() {
     let second = bare(&first, first.neutral.clone(), first.handles.vertices.clone());
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let settings = Settings { smooth_band: true, landmarks: None };
-    let Transferred { face, account, maps } =
+    let Transferred { face, report, maps } =
         transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
-    assert!(account.same_topology && account.covered == 1.0 && account.warnings.is_empty(), "{account:?}");
+    assert!(report.same_topology && report.covered == 1.0 && report.warnings.is_empty(), "{report:?}");
     assert!(maps.distance_mm.iter().chain(&maps.stretch).all(|x| x.abs() < 1e-5));
-    assert_eq!(account.examples, from.examples().names);
+    assert_eq!(report.examples, from.examples().names);
     for (made, full) in face.examples.iter().zip(&full) {
         let [_, worst] = rms(made.positions.iter().zip(full).map(|(x, y)| minus(x, y)));
-        // Float32 of a head's 20 cm.
+        // The rounding of float32 for a head of 20 cm.
         assert!(worst < 1e-5, "{}: {worst}", made.name);
     }
 }
@@ -40,13 +41,13 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
         transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap()
     };
     let (all, alone) = (of(true), of(false));
-    assert!((all.account.scale - 1.0).abs() < 1e-6 && all.account.warnings.is_empty(), "{:?}", all.account);
+    assert!((all.report.scale - 1.0).abs() < 1e-6 && all.report.warnings.is_empty(), "{:?}", all.report);
     for (p, made) in all.face.examples.iter().enumerate() {
         let expected = full[p].iter().map(|x| turn(*x));
         let [_, worst] = rms(made.positions.iter().zip(expected).map(|(x, y)| minus(x, &y)));
         assert!(worst < 2e-5, "{}: {worst}", made.name);
     }
-    // The wrinkles alone, on a shell that is the first's: its rig without what it learned.
+    // The wrinkles alone, on the first face's shell: its rig without learned detail.
     let shell = played(
         &from.clone().shell().unwrap(),
         from.examples().handles.as_slice().as_flattened(),
@@ -54,7 +55,7 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
     );
     let mut whole = 0.0_f64;
     for (p, made) in alone.face.examples.iter().enumerate() {
-        // The surfaces below the wrinkles differ by what is wide, and so does how they are turned: by little.
+        // The surfaces below the wrinkles differ by the wide part, so their rotations differ a little too.
         let expected = (0..shell[p].len()).map(|v| {
             let wrinkle = wrinkles[p][v];
             (turn([0, 1, 2].map(|c| shell[p][v][c] + wrinkle[c])), wrinkle)

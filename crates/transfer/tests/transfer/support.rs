@@ -1,4 +1,4 @@
-//! Real faces, their rigs, and what rigs do.
+//! Real faces, their rigs, and frames of rigs.
 use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, Table, UpAxis, VertexId};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::OutputStage;
@@ -7,7 +7,7 @@ use rhytid_playback::Playback;
 use rhytid_solve::{Smoothing, solve};
 use std::path::Path;
 
-/// The processor.
+/// The CPU as a device.
 pub(crate) fn processor() -> Vec<DeviceInfo> {
     choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices
 }
@@ -36,18 +36,18 @@ pub(crate) fn face(shared: &Path, name: &str) -> Face {
     }
 }
 
-/// Another face of the same kind with these vertices alone, and nothing but its handles.
+/// Another face of the same kind with this neutral and these handles, without examples.
 pub(crate) fn bare(of: &Face, neutral: rhytid_core::Mesh, vertices: Vec<VertexId>) -> Face {
     let handles = Handles { labels: of.handles.labels.clone(), vertices };
     Face { name: "second".into(), neutral, handles, examples: Vec::new(), ..of.clone() }
 }
 
-/// The rig as a file would have it.
+/// The rig, rounded as in a file.
 pub(crate) fn rig(face: &Face) -> Rig {
     solve(face, &NoProgress).unwrap().rounded().unwrap()
 }
 
-/// Frames of positions.
+/// The positions of some frames.
 pub(crate) fn played(rig: &Rig, handles: &[f32], stage: OutputStage) -> Vec<Vec<[f64; 3]>> {
     let mut frames = Vec::new();
     let count = handles.len() / 3 / rig.handles().vertices.len();
@@ -60,7 +60,7 @@ pub(crate) fn played(rig: &Rig, handles: &[f32], stage: OutputStage) -> Vec<Vec<
     frames
 }
 
-/// Root of the mean square, and the largest, of the lengths of some vectors.
+/// The root mean square and the largest of the lengths of some vectors.
 pub(crate) fn rms(vectors: impl Iterator<Item = [f64; 3]>) -> [f64; 2] {
     let (mut sum, mut count, mut worst) = (0.0, 0, 0.0_f64);
     for v in vectors {
@@ -77,7 +77,9 @@ pub(crate) fn minus(a: &[f64; 3], b: &[f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|c| a[c] - b[c])
 }
 
-/// What of positions, as the rig has them in each of its examples, are wrinkles: what its shell leaves, without what is as wide as a quarter of the handles' spacing.
+/// The wrinkles in positions of the rig's examples.
+///
+/// They are the residual after the rig's shell, without parts as wide as a quarter of the handles' spacing.
 pub(crate) fn wrinkles(rig: &Rig, full: &[Vec<[f64; 3]>]) -> Vec<Vec<[f64; 3]>> {
     let shell = played(
         &rig.clone().shell().unwrap(),

@@ -20,11 +20,12 @@ pub(crate) struct Animation {
 
 /// Under which numbers the samples are.
 struct Numbers {
-    /// What every frame has: its points, or the weights of shapes.
+    /// The samples of every frame: its points, or the weights of shapes.
     frames: usize,
-    /// Where the points are sums of shapes.
+    /// The shapes, if the points are sums of shapes.
     shapes: Option<Shapes>,
-    /// What the mesh has samples of: of shapes, what they do not make.
+    /// The channels that the mesh has samples of. If there are shapes, only those that the shapes do not
+    /// make.
     channels: Vec<(Channel, usize)>,
     extent: Option<usize>,
     head: Option<usize>,
@@ -34,8 +35,8 @@ impl Animation {
     /// Finds the animation in a layer; `name` is the file's.
     ///
     /// # Errors
-    /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a sample at
-    /// each of consecutive time codes.
+    /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a
+    /// sample at each of consecutive time codes.
     pub(crate) fn new(opened: Opened, name: String) -> Result<Self> {
         let Opened { layer, mut samples } = opened;
         let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
@@ -143,7 +144,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         )));
     };
     let sampled = |prim: &Prim, name: &str| attribute(prim, name).and_then(|attribute| attribute.samples);
-    let shapes = Shapes::of(root, mesh)?;
+    let shapes = Shapes::read(root, mesh)?;
     let channels = channels::of_mesh(mesh);
     let points = sampled(mesh, "points").or_else(|| shapes.as_ref().map(|shapes| shapes.samples));
     let frames = points.ok_or_else(|| {
@@ -165,7 +166,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
             _ => 0,
         },
     };
-    // What a layer does not say is what USD takes then.
+    // If a layer does not state a value, USD takes the default.
     let number = |name: &str, fallback: f64| match field(&layer.metadata, name) {
         Some(Value::Double(x)) => *x,
         _ => fallback,
@@ -199,7 +200,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     Ok((summary, numbers))
 }
 
-/// What frames have: what has samples, and what shapes make.
+/// The channels of the frames: those with samples, and those that shapes make.
 fn summarised(numbers: &Numbers) -> Vec<Channel> {
     let sampled = numbers.channels.iter().map(|(channel, _)| channel.clone());
     let Some(shapes) = &numbers.shapes else { return sampled.collect() };
@@ -209,8 +210,8 @@ fn summarised(numbers: &Numbers) -> Vec<Channel> {
     made.into_iter().chain(sampled).collect()
 }
 
-/// What a layer says besides, where it says it, fits its samples: else programs would play another range, or see the faces from
-/// behind.
+/// Checks that the layer's other statements fit its samples. Otherwise programs would play another range, or
+/// see the faces from behind.
 fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Result<(), String> {
     let number = |name: &str| match field(&layer.metadata, name) {
         Some(Value::Double(x)) => Some(*x),

@@ -1,4 +1,5 @@
-//! Value clips in: the other files that a layer takes its samples from, and what their manifest has to declare.
+//! Reads value clips: the other files that a layer takes its samples from, and the content that their
+//! manifest has to declare.
 
 use super::lookup::{default_prim, dictionary, field};
 use crate::build::{attribute, prim};
@@ -21,8 +22,8 @@ pub(crate) fn clips(layer: &Layer) -> Option<Clips<'_>> {
     }
 }
 
-/// The path of something that has samples in the clip `clip` and is not in `manifest`, so that USD plays none of
-/// them; `None` if all is there.
+/// The path of an object that has samples in the clip `clip` and is not in `manifest`; `None` if there is
+/// none. USD does not play such samples.
 pub(super) fn undeclared(clip: &Layer, manifest: &Layer) -> Option<String> {
     fn within(wanted: &Prim, among: &[Prim]) -> Option<String> {
         let name = &wanted.name;
@@ -41,7 +42,8 @@ pub(super) fn undeclared(clip: &Layer, manifest: &Layer) -> Option<String> {
     within(&declarations(default_prim(clip)?)?, &manifest.prims)
 }
 
-/// What has samples in `animated` and below, by name and type alone; `None` if nothing has.
+/// The prims and attributes with samples in `animated` and below, by name and type alone; `None` if nothing
+/// has samples.
 pub(crate) fn declarations(animated: &Prim) -> Option<Prim> {
     let declare = |property: &Property| match property {
         Property::Attribute(Attribute { name, type_name, samples: Some(_), .. }) => {

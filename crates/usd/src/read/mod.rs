@@ -1,9 +1,10 @@
-//! USD layers in: crate files, text, and the first layer of a package. A layer is read whole except for its time
-//! samples, which are read one at a time.
+//! USD layers in: crate files, text, and the first layer of a package. A layer is read whole except for its
+//! time samples, which are read one at a time.
 //!
-//! What is understood is what Rhytid writes, and the same again after USD's own tools wrote it. Of other layers,
-//! metadata and values of types that [`Value`](super::layer::Value) does not have are left out, and so are variants and
-//! classes. Nothing in a file is trusted: every count is checked against the bytes that are there.
+//! The readers understand what Rhytid writes, also after USD's own tools have written it again. From other
+//! layers, they leave out metadata and values of types that [`Value`](super::layer::Value) does not have,
+//! variants and classes. Nothing in a file is trusted: every count is checked against the bytes that are
+//! there.
 
 mod animation;
 mod budget;
@@ -41,7 +42,8 @@ pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationR
     Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned())?))
 }
 
-/// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file plays.
+/// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file
+/// plays.
 ///
 /// # Errors
 /// [`Error::Input`] if a file is damaged or holds anything but one animated mesh; [`Error::Io`].

@@ -19,7 +19,7 @@ pub trait Samples: Send {
     /// The value at the `i`-th of [`Samples::times`].
     ///
     /// # Errors
-    /// [`rhytid_core::Error::Input`] if the value is blocked, of a type that [`Value`] does not have or damaged;
-    /// [`rhytid_core::Error::Io`].
+    /// [`rhytid_core::Error::Input`] if the value is blocked, of a type that [`Value`] does not have or
+    /// damaged; [`rhytid_core::Error::Io`].
     fn read(&mut self, n: usize, i: usize) -> Result<Value>;
 }

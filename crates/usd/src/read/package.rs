@@ -1,4 +1,5 @@
-//! Packages (`.usdz`): a zip file whose members are stored as they are. The first member is the layer to open.
+//! Packages (`.usdz`): a zip file whose members are stored as they are. The first member is the layer to
+//! open.
 
 use super::source::Source;
 use rhytid_core::{Error, InputErrorKind, Result};

@@ -1,4 +1,4 @@
-//! An animation in parts, one file each: what [`crate::stitch()`] puts together.
+//! An animation in parts, one file each, which [`crate::stitch()`] joins.
 
 use super::animation::Animation;
 use super::clips::clips;
@@ -31,8 +31,8 @@ impl Parts {
     /// Opens each file once, and puts them in the order of their time codes.
     ///
     /// # Errors
-    /// [`Error::Input`] if there is none, one cannot be read, two are not of the same rig and settings, or there is a
-    /// gap or an overlap; [`Error::Io`].
+    /// [`Error::Input`] if there is none, one cannot be read, two are not of the same rig and settings, or
+    /// there is a gap or an overlap; [`Error::Io`].
     pub(crate) fn open(paths: &[PathBuf]) -> Result<Self> {
         let mut whole: Option<(&Path, Summary)> = None;
         let mut parts = Vec::new();
@@ -142,10 +142,10 @@ fn known_recipe<'a>(path: &Path, summary: &'a Summary) -> Result<&'a StatedRecip
 /// The field of a recipe that says where an animation ends.
 const END_FRAME: &str = "end_frame";
 
-/// What may differ between the recipes of two parts. Edits are told apart by their hash.
+/// The fields that may differ between the recipes of two parts. Edits are told apart by their hash.
 const OF_A_PART: [&str; 4] = ["version", "first_frame", END_FRAME, "edit"];
 
-/// In what two parts differ that should not, as a phrase; `None` if in nothing.
+/// A difference of two parts that must be equal, as a phrase; `None` if there is none.
 fn difference(a: &Summary, b: &Summary) -> Option<String> {
     let (x, y) = (a.recipe.as_ref()?, b.recipe.as_ref()?);
     if let Some([what, b, a]) = y.difference(x, &OF_A_PART) {

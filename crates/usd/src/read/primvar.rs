@@ -9,11 +9,13 @@ use crate::layer::Value;
 use rhytid_core::{Error, InputErrorKind, Result};
 use std::path::Path;
 
-/// The numbers that the primvar `name` has at the vertices of a mesh, as it is without a time, else at its first one: those of `float[]`, or the red of a colour.
-/// Indices are followed, references to other files are not.
+/// Reads the numbers that the primvar `name` has at the vertices of a mesh. They are its value without a
+/// time, or else its value at the first time code. The type is `float[]`, or a colour, of which red counts.
+/// Indices are followed; references to other files are not.
 ///
 /// # Errors
-/// [`Error::Input`] if not one mesh in the file has that primvar, or if it has no number for each vertex; [`Error::Io`].
+/// [`Error::Input`] unless exactly one mesh in the file has that primvar, and it has a number for each
+/// vertex; [`Error::Io`].
 pub fn read_primvar(path: &Path, name: &str) -> Result<Vec<f32>> {
     let fault = |what: String| Error::malformed(format!("{}: {what}", path.display()));
     let mut opened = open(path)?;
@@ -44,7 +46,7 @@ pub fn read_primvar(path: &Path, name: &str) -> Result<Vec<f32>> {
     };
     let interpolation = match field(&found.metadata, "interpolation") {
         Some(Value::Token(word)) => word.as_str(),
-        // As USD has it where nothing is said.
+        // The default of USD.
         _ => "constant",
     };
     if !["vertex", "varying"].contains(&interpolation) {

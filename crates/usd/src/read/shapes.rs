@@ -14,11 +14,12 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Those of `mesh`, moved by the only animation below `root`; `None` if there are none whose weights have samples.
+    /// Those of `mesh`, moved by the only animation below `root`; `None` if there are none whose weights have
+    /// samples.
     ///
     /// # Errors
     /// What is wrong with them.
-    pub(super) fn of(root: &Prim, mesh: &Prim) -> Result<Option<Self>, String> {
+    pub(super) fn read(root: &Prim, mesh: &Prim) -> Result<Option<Self>, String> {
         let animations = below(root, "SkelAnimation");
         let [animation] = animations[..] else { return Ok(None) };
         let Some(samples) = attribute(animation, "blendShapeWeights").and_then(|weights| weights.samples)

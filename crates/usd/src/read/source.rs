@@ -10,8 +10,8 @@ pub(super) trait ReadSeek: Read + Seek + Send {}
 
 impl<T: Read + Seek + Send> ReadSeek for T {}
 
-/// Bytes that are read where they are wanted: a whole file, or a layer within a package. No read goes beyond their
-/// end, and nothing is allocated before it is known that the bytes are there.
+/// Bytes that are read where they are wanted: a whole file, or a layer within a package. No read goes beyond
+/// their end, and nothing is allocated before it is known that the bytes are there.
 pub(super) struct Source {
     bytes: Box<dyn ReadSeek>,
     name: String,

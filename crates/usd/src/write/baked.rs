@@ -1,5 +1,5 @@
-//! A take as so many shapes with curves, as USD: blend shapes of a mesh, and an animation with their weights in each frame. The shapes are those of
-//! compressed glTF ([`rhytid_export::morphs`]).
+//! A take as a given number of shapes with curves, as USD: blend shapes of a mesh, and an animation with
+//! their weights in each frame. The shapes are those of compressed glTF ([`rhytid_export::morphs`]).
 use super::face::of_rows;
 use super::layer_writer::{Encoding, LayerWriter};
 use super::sample::Sample;
@@ -32,7 +32,8 @@ impl Baked {
     /// Keeps what does not move.
     ///
     /// # Errors
-    /// [`Error::Input`] if the scene has channels other than normals, for which there is no place, or the folder does not exist; [`Error::Io`].
+    /// [`Error::Input`] if the scene has channels other than normals, for which there is no place, or the
+    /// folder does not exist; [`Error::Io`].
     pub fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>, shapes: usize) -> Result<Self> {
         let others = scene.channels.iter().filter(|channel| channel.name != channel::NORMALS.name);
         let others: Vec<&str> = others.map(|channel| &*channel.name).collect();

@@ -30,7 +30,8 @@ impl Face {
     /// Writes everything that does not move.
     ///
     /// # Errors
-    /// As [`LayerWriter::create`]; [`Error::Input`] for a channel of so many numbers that USD has no type for it.
+    /// As [`LayerWriter::create`]; [`Error::Input`] for a channel of so many numbers that USD has no type for
+    /// it.
     pub fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>) -> Result<Self> {
         let channels: Vec<Channel> =
             std::iter::once(&channel::POSITIONS).chain(scene.channels).cloned().collect();

@@ -21,7 +21,7 @@ pub enum Encoding {
 
 impl Encoding {
     /// The one that the extension of `path` asks for, in either case; `None` for any other extension.
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_extension(path: &Path) -> Option<Self> {
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         match extension.as_str() {
             "usd" | "usdc" => Some(Self::Crate),
@@ -32,8 +32,9 @@ impl Encoding {
     }
 }
 
-/// A layer being written: everything at once, then its time samples one by one. It appears under its name when it
-/// is finished; dropped before, it leaves nothing behind. Memory does not grow with what the samples hold.
+/// A layer being written: everything at once, then its time samples one by one. The file gets its name when
+/// the layer is finished; a layer that is dropped before leaves nothing behind. Memory does not grow with the
+/// size of the samples.
 pub struct LayerWriter {
     path: PathBuf,
     to: To,
@@ -62,7 +63,8 @@ impl LayerWriter {
         Ok(Self { path: path.to_owned(), to })
     }
 
-    /// Adds a sample to the attribute that has the number [`crate::layer::Attribute::samples`]. Its times ascend.
+    /// Adds a sample to the attribute that has the number [`crate::layer::Attribute::samples`]. Its times
+    /// ascend.
     ///
     /// # Errors
     /// [`Error::Input`] if a package becomes too large; [`Error::Io`].

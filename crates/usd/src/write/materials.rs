@@ -5,7 +5,8 @@ use crate::build::{attribute, prim, token};
 use crate::layer::{Attribute, Prim, Value};
 use rhytid_core::{Materials, Result};
 
-/// Adds the subsets to `mesh`, and returns the scope with the materials, which is to stand at the path `scope`.
+/// Adds the subsets to `mesh`, and returns the scope with the materials, which is to stand at the path
+/// `scope`.
 pub(super) fn bind(mesh: &mut Prim, materials: &Materials, scope: &str) -> Result<Prim> {
     let (_, scope_name) = scope.rsplit_once('/').unwrap_or(("", scope));
     let mut looks = prim("Scope", scope_name);
@@ -36,7 +37,8 @@ fn subset(name: &str, faces: Vec<i32>, material: String) -> Prim {
     subset
 }
 
-/// A material that looks as USD's preview surface does when nothing is said, with the input's name as custom data.
+/// A material that looks as USD's preview surface does when nothing is said, with the input's name as custom
+/// data.
 fn material(name: &str, original: &str, scope: &str) -> Prim {
     let mut material = prim("Material", name);
     let data = vec![("name".into(), Value::String(original.into()))];

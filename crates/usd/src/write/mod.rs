@@ -1,6 +1,7 @@
-//! USD layers out: as text, binary or in a package ([`LayerWriter`]), and animations and shapes as such layers.
+//! USD layers out: as text, binary or in a package ([`LayerWriter`]), and animations and shapes as such
+//! layers.
 //!
-//! Writers share nothing with the readers but the layer, so that neither hides the other's faults.
+//! Writers share nothing with the readers but the layer, so that neither side hides the faults of the other.
 
 mod baked;
 mod crate_file;

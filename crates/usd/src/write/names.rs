@@ -12,10 +12,11 @@ pub(super) fn identifier(name: &str) -> String {
     identifier
 }
 
-/// An identifier for each name, no two the same: those that would be get a number.
+/// An identifier for each name, all different. Names with equal identifiers get a number, except for the
+/// first.
 pub(super) fn identifiers<'a>(names: impl Iterator<Item = &'a str>) -> Vec<String> {
     let wanted: Vec<String> = names.map(identifier).collect();
-    // Those that are there as they are keep theirs, whatever comes before them.
+    // A numbered identifier never takes one that another name wants without a number.
     let mut taken: HashSet<String> = wanted.iter().cloned().collect();
     let mut seen = HashSet::new();
     wanted

@@ -2,11 +2,12 @@
 
 use rhytid_core::{Error, Result};
 
-/// The shortest text of a finite `x` that reads back as the same bits, -0 included, also where the reader goes
-/// by way of `f64` as USD and most JSON readers do. At most 16 characters.
+/// The shortest text of a finite `x` that reads back as the same bits, -0 included. At most 16 characters. It
+/// also reads back the same by way of `f64`, which USD and most JSON readers use.
 pub(super) fn shortest(digits: &mut ryu::Buffer, x: f32) -> &str {
-    /// Of all `f32`, this number and its negative alone have a shortest text (7.038531e-26) that `f64` takes to
-    /// just between it and its neighbour, which then wins. One more digit helps.
+    /// Of all `f32`, only this number and its negative have a shortest text (7.038531e-26) that fails by way
+    /// of `f64`. The `f64` lies just between the number and its neighbour, and rounds to the neighbour. One
+    /// more digit helps.
     const ROUNDED_TWICE: u32 = 0x15ae_43fd;
     match x.to_bits() {
         ROUNDED_TWICE => "7.0385307e-26",

@@ -1,5 +1,5 @@
-//! USD packages: a zip archive with one binary layer, not compressed and at a multiple of 64 bytes, so that USD can
-//! map it into memory.
+//! USD packages: a zip archive with one binary layer, not compressed and at a multiple of 64 bytes, so that
+//! USD can map it into memory.
 use super::crate_file::CrateWriter;
 use super::sample::Sample;
 use crate::layer::Layer;
@@ -9,7 +9,8 @@ use std::io::{self, BufWriter, Seek};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// USD reads archives whose numbers have 32 bits; all headers together are smaller than what this leaves for them.
+/// USD reads archives whose numbers have 32 bits; all headers together are smaller than what this leaves for
+/// them.
 const LARGEST_LAYER: u64 = u32::MAX as u64 - (1 << 20);
 
 /// A `.usdz` file being written. Its layer is spooled, since the archive tells its size and checksum first.

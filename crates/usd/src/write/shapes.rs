@@ -1,5 +1,5 @@
-//! Shapes with sliders as USD: a mesh with blend shapes, and an animation with their weights, all 0, on a skeleton of
-//! one joint that does not move the mesh.
+//! Shapes with sliders as USD: a mesh with blend shapes, and an animation with their weights, all 0. The
+//! animation is on a skeleton of one joint that does not move the mesh.
 use super::layer_writer::{Encoding, LayerWriter};
 use super::names::identifiers;
 use super::numbers::integer;
@@ -24,7 +24,8 @@ fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
     Ok(surface.into_layer(vec![skeleton]))
 }
 
-/// Gives the mesh its shapes, and returns the skeleton that has their weights: all 0, or samples under the number `samples`.
+/// Gives the mesh its shapes, and returns the skeleton that has their weights: all 0, or samples under the
+/// number `samples`.
 pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usize>) -> Result<Prim> {
     let names = identifiers(shapes.iter().map(|shape| shape.name.as_str()));
     let root = format!("/{}", surface.root.name);
@@ -42,7 +43,7 @@ pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usiz
     Ok(skeleton_prim(names, &skeleton, samples))
 }
 
-/// With the vertices that it moves alone, if a quarter or more stand still.
+/// A shape with only the vertices that it moves, if a quarter or more stand still.
 fn blend_shape(name: &str, shape: &Shape) -> Result<Prim> {
     let normals = shape.normal_offsets.as_deref();
     let moves =
@@ -76,7 +77,7 @@ fn skeleton_prim(names: Vec<String>, path: &str, samples: Option<usize>) -> Prim
     skeleton.set_uniform("token[]", "joints", Value::Tokens(vec!["root".into()]));
     skeleton.set_uniform("matrix4d[]", "bindTransforms", Value::Matrix4ds(vec![IDENTITY]));
     skeleton.set_uniform("matrix4d[]", "restTransforms", Value::Matrix4ds(vec![IDENTITY]));
-    // It is nothing to look at.
+    // The skeleton is not shown.
     skeleton.set_uniform("token", "purpose", token("guide"));
     skeleton.relate("skel:animationSource", vec![format!("{path}/weights")]);
     let mut weights = prim("SkelAnimation", "weights");

@@ -1,6 +1,7 @@
-//! USD text. An attribute's samples stand together in the file while those of all attributes come by turns: the
-//! text up to the first samples goes to the file, and each further part, from behind one attribute's samples up to
-//! the next one's, to a spool. The spools are appended at the end.
+//! USD text. In the file, the samples of an attribute stand together, but here the samples of all attributes
+//! come by turns. So the text up to the first samples goes to the file. Each further part begins behind the
+//! samples of one attribute and ends with those of the next, and goes to a spool. The spools are appended at
+//! the end.
 use super::numbers::double;
 use super::sample::Sample;
 use super::text_value::{
@@ -60,7 +61,7 @@ impl TextWriter {
         }
     }
 
-    /// Where the text goes that follows on what was written so far.
+    /// The place for the text that follows.
     fn last(&mut self) -> &mut dyn Write {
         self.part(self.spools.len())
     }

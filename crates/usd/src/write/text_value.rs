@@ -3,7 +3,7 @@ use super::numbers::{double, float, shortest};
 use crate::layer::{Fields, Reference, Value};
 use std::io::{self, Write};
 
-/// One value. What follows a line's end within it is indented deeper than `indent`.
+/// One value. Its further lines are indented deeper than `indent`.
 pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> io::Result<()> {
     match value {
         Value::Bool(x) => write!(out, "{}", u8::from(*x)),
@@ -126,7 +126,8 @@ fn asset(path: &str) -> String {
     if path.contains('@') { format!("@@@{}@@@", path.replace("@@@", "\\@@@")) } else { format!("@{path}@") }
 }
 
-/// In quotation marks, with what would end the line or the text escaped. Zero cannot be part of it and becomes U+FFFD.
+/// In quotation marks, with what would end the line or the text escaped. Zero cannot be part of it and
+/// becomes U+FFFD.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {

@@ -1,4 +1,4 @@
-//! A take with edits on it, and pulls that are saved as an edit.
+//! A take with edits, and drags that are saved as an edit.
 
 use super::*;
 use rhytid_devices::{Guard, choose_devices};
@@ -16,7 +16,7 @@ fn seek(view: &mut View, frame: usize) {
     view.run();
 }
 
-/// The frame that is shown, as it is saved.
+/// The frame that is shown, saved.
 fn saved(view: &mut View, folder: &Folder, number: usize) -> Vec<[f64; 3]> {
     view.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, egui::Key::S);
     view.run();
@@ -60,11 +60,11 @@ fn a_take_is_shown_edited_and_as_it_was() {
     seek(&mut view, FRAME);
     let plain = saved(&mut view, &folder, 1);
     assert!(farthest(&plain, &played(&folder, None)) < 1e-4);
-    // What was saved comes back as a correction, sculpted by a little, over gains.
+    // The saved frame is sculpted a little and used as a correction, together with gains.
     let mut sculpted = mesh::read(&folder.path("FACE-pose-0001.obj")).unwrap();
     sculpted.positions.iter_mut().filter(|x| x[1] > 1.0).for_each(|x| x[2] += 0.2);
     mesh::write_obj(&folder.path("sculpted.obj"), &sculpted).unwrap();
-    // Of a half of the handles, so that the other half stays.
+    // The region has half of the handles, so the other half stays.
     let region: Vec<String> =
         demo().1.handles().labels.iter().step_by(2).map(|label| format!("{label:?}")).collect();
     let region = format!("[region.some]\nmarkers = [{}]\n", region.join(", "));
@@ -80,11 +80,11 @@ fn a_take_is_shown_edited_and_as_it_was() {
     view.get_by_label(&label).click();
     view.run();
     assert!(farthest(&saved(&mut view, &folder, 3), &plain) == 0.0);
-    // All at once, in any order.
+    // All files are opened at once, in any order.
     let mut view = window([900.0, 700.0], false);
     open(&mut view, &["EDIT.toml", "take.csv", "FACE.safetensors"].map(|name| folder.path(name)));
     assert_eq!((view.state().note(), document(&view).edits()), (None, Some((&label[10..], true))));
-    // Without a take there is nothing to edit.
+    // Without a take, edits are refused.
     let mut view = window([900.0, 700.0], false);
     open(&mut view, &["EDIT.toml", "FACE.safetensors"].map(|name| folder.path(name)));
     let (words, is_error) = view.state().note().unwrap();
@@ -92,17 +92,17 @@ fn a_take_is_shown_edited_and_as_it_was() {
 }
 
 #[test]
-fn pulls_are_saved_as_an_edit_that_does_the_same() {
+fn drags_are_saved_as_an_edit_that_does_the_same() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);
     view.key_press_modifiers(Modifiers::COMMAND, egui::Key::E);
     view.run();
-    assert!(view.state().note().unwrap().0.contains("no marker was pulled"), "{:?}", view.state().note());
+    assert!(view.state().note().unwrap().0.contains("no marker was dragged"), "{:?}", view.state().note());
     seek(&mut view, FRAME);
     let from = at(&view, handle_in_front(&view));
     drag(&mut view, from, from + egui::vec2(30.0, 10.0), Modifiers::NONE);
-    let pulled = document(&view).handles(true);
-    assert_ne!(pulled, document(&view).handles(false));
+    let dragged = document(&view).handles(true);
+    assert_ne!(dragged, document(&view).handles(false));
     view.key_press_modifiers(Modifiers::COMMAND, egui::Key::E);
     view.run();
     let edit = folder.path("FACE-edit-0001.toml");
@@ -110,7 +110,7 @@ fn pulls_are_saved_as_an_edit_that_does_the_same() {
     let mut again = opened(&folder, [900.0, 700.0]);
     open(&mut again, &[edit]);
     seek(&mut again, FRAME);
-    for (found, expected) in document(&again).handles(true).into_iter().zip(pulled) {
+    for (found, expected) in document(&again).handles(true).into_iter().zip(dragged) {
         assert!(distance(found, expected) < 1e-4, "{found:?}, {expected:?}");
     }
 }

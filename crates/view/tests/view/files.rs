@@ -1,4 +1,4 @@
-//! Files that are opened, broken ones too, and files that are saved.
+//! Files that are opened, including broken ones, and files that are saved.
 
 use super::*;
 use rhytid_formats::{mesh, take};
@@ -29,7 +29,7 @@ fn broken_files_are_a_sentence_and_what_was_open_stays() {
     let folder = Folder::new();
     let mut view = stand(window([900.0, 700.0], true), &folder);
     let huge = folder.path("huge.safetensors");
-    // A hole of a terabyte.
+    // A sparse file of a terabyte.
     std::fs::File::create(&huge).unwrap().set_len(1 << 40).unwrap();
     std::fs::write(folder.path("empty.safetensors"), b"").unwrap();
     std::fs::write(folder.path("cut.safetensors"), &rig_file::encode(&demo().1).unwrap()[..5_000]).unwrap();
@@ -67,12 +67,12 @@ fn a_frame_is_saved_as_a_take_and_as_an_example() {
     view.run();
     let read = mesh::read(&folder.path("FACE-pose-0001.obj")).unwrap();
     assert_eq!(read.faces, demo().1.surface().faces);
-    // The mesh has its handles where the pose has them.
+    // The mesh's handles are at the positions of the pose.
     for (&v, p) in demo().1.handles().vertices.iter().zip(&handles) {
         let q = read.positions[v.index()].map(|x| x as f32);
         assert!(distance(q, *p) < 1e-4, "{q:?} instead of {p:?}");
     }
-    // The next one has the next number, and nothing is written over.
+    // The next file has the next number, and no file is overwritten.
     view.key_press_modifiers(Modifiers::COMMAND, egui::Key::S);
     view.run();
     assert!(folder.path("FACE-pose-0002.csv").exists());
@@ -102,7 +102,7 @@ fn numbers_of_a_file_are_a_heat_map_until_another_rig_is_opened() {
     view.run();
     assert_eq!(view.state().note(), None);
     assert_eq!(view.state_mut().settings_mut().show, rhytid_view::Show::Numbers);
-    // Of the two halves one has the colour of 0 all over, the other has not.
+    // One half has the colour of 0 everywhere, and the other has not.
     let picture = view.render().unwrap();
     let place = face(&view);
     let row = (place.center().y - 20.0) as u32;

@@ -1,4 +1,4 @@
-//! Frames that come over the network.
+//! Frames that arrive over the network.
 
 use super::*;
 use egui_kittest::kittest::NodeT;
@@ -13,13 +13,13 @@ fn listen(view: &mut View) -> SocketAddr {
     view.state().listens_at().expect("a rig is open")
 }
 
-/// What the panel says of it.
+/// The panel's status of it.
 fn said(view: &View) -> String {
     let node = view.get_by_label_contains("listening at").accesskit_node();
     node.label().or(node.value()).expect("words")
 }
 
-/// Draws until `what` is so.
+/// Draws until `what` is true.
 fn until(view: &mut View, what: impl Fn(&View) -> bool) {
     let begin = Instant::now();
     while !what(view) {
@@ -100,7 +100,8 @@ fn late_and_bad_datagrams_change_nothing_and_lost_markers_fade() {
     assert!((x(&view, 0) - 0.5).abs() < 1e-5);
     assert_eq!(view.state().times().unwrap().1, drawn, "the face is not drawn again");
 
-    // A quarter of a second later the first marker is not seen: it stays, and is half as sure.
+    // A quarter of a second later the first marker is not seen. It stays where it is, with half the
+    // confidence.
     frame(11, 0.25, 0.7, 1);
     until(&mut view, says("1 of"));
     let moved = [x(&view, 0), x(&view, 1)];
@@ -108,7 +109,7 @@ fn late_and_bad_datagrams_change_nothing_and_lost_markers_fade() {
     let confidence = document(&view).live_confidence();
     assert!((confidence[0] - 0.5).abs() < 1e-3 && confidence[1] == 1.0, "{:?}", &confidence[..2]);
 
-    // Another rig listens there too, and the end of it gives the take again.
+    // Another rig listens at the same address. When listening ends, the take is shown again.
     open(&mut view, &[folder.path("FACE.safetensors"), folder.path("take.csv")]);
     assert_eq!(view.state().listens_at(), Some(address));
     frame(12, 0.3, 0.1, 0);

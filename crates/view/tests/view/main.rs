@@ -1,4 +1,5 @@
-//! The viewer without a window: what the pointer and the keys do, and what is drawn, on a software driver.
+//! The viewer without a window, on a software driver: the actions of the pointer and the keys, and the
+//! pictures.
 
 mod edits;
 mod files;
@@ -17,7 +18,7 @@ use rhytid_view::{Document, ViewApp};
 use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
-/// What a harness is of.
+/// A harness of the viewer.
 type View = Harness<'static, ViewApp>;
 
 /// The demo's face and its rig.
@@ -30,7 +31,7 @@ fn demo() -> &'static (Face, Rig) {
     })
 }
 
-/// A folder with the rig and a take, which goes when it is dropped.
+/// A folder with the rig and a take. It is removed when it is dropped.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -60,14 +61,14 @@ fn setup() -> WgpuSetup {
     WgpuSetup::CreateNew(setup)
 }
 
-/// A window with nothing in it; `allow` glyphs that no font here has, as in broken files.
+/// An empty window. `allow` permits glyphs that its fonts lack, as in names of broken files.
 fn window(size: [f32; 2], allow: bool) -> View {
     let builder = Harness::builder().with_size(size).with_step_dt(1.0 / 60.0).with_render_cursor(false);
     let builder = if allow { builder.allow_missing_glyphs() } else { builder };
     builder.wgpu_setup(setup()).build_eframe(|context| ViewApp::new(context).unwrap())
 }
 
-/// Opens files and waits until they are there.
+/// Opens files and waits until they are open.
 fn open(view: &mut View, files: &[PathBuf]) {
     view.state_mut().open_paths(files);
     while view.state().is_opening() {
@@ -77,7 +78,7 @@ fn open(view: &mut View, files: &[PathBuf]) {
     view.step();
 }
 
-/// A window with the rig and, standing still at its first frame, the take.
+/// A window with the rig and the take, which stands still at its first frame.
 fn opened(folder: &Folder, size: [f32; 2]) -> View {
     stand(window(size, false), folder)
 }
@@ -97,12 +98,12 @@ fn document(view: &View) -> &Document {
     view.state().document().expect("a rig is open")
 }
 
-/// Where the face is in the window.
+/// The place of the face in the window.
 fn face(view: &View) -> Rect {
     view.get_by(|node| node.label().is_some_and(|label| label.starts_with("Face:"))).rect()
 }
 
-/// Where a handle is in the window.
+/// The place of a handle in the window.
 fn at(view: &View, handle: usize) -> Pos2 {
     let rect = face(view);
     let camera = view.state().orbit().unwrap().camera();
@@ -111,7 +112,7 @@ fn at(view: &View, handle: usize) -> Pos2 {
     rect.min + egui::vec2(x, y)
 }
 
-/// A handle that is seen from the front, and not near another.
+/// A handle that is visible from the front and not near another.
 fn handle_in_front(view: &View) -> usize {
     let seen: Vec<Pos2> = (0..demo().1.handles().vertices.len()).map(|handle| at(view, handle)).collect();
     let alone = |handle: usize| {
@@ -128,7 +129,7 @@ fn button(view: &mut View, at: Pos2, button: PointerButton, pressed: bool, modif
     view.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers });
 }
 
-/// Drags from one place to another in three steps, and lets go.
+/// Drags from one place to another in three steps, and releases.
 fn drag(view: &mut View, from: Pos2, to: Pos2, modifiers: Modifiers) {
     view.event(egui::Event::ModifiersChanged(modifiers));
     button(view, from, PointerButton::Primary, true, modifiers);
@@ -142,7 +143,7 @@ fn drag(view: &mut View, from: Pos2, to: Pos2, modifiers: Modifiers) {
     view.step();
 }
 
-/// Presses and lets go at a place.
+/// Presses and releases at a place.
 fn click(view: &mut View, at: Pos2, modifiers: Modifiers) {
     view.event(egui::Event::ModifiersChanged(modifiers));
     button(view, at, PointerButton::Primary, true, modifiers);

@@ -1,4 +1,4 @@
-//! What is in the window.
+//! The contents of the window.
 
 use super::*;
 use image::RgbaImage;
@@ -7,7 +7,7 @@ use rhytid_core::{Animator, Stage, UploadOptions};
 use rhytid_render::{Camera, FrameBuffers, Look, Offscreen, Picture, Renderer};
 use rhytid_view::{Before, Show};
 
-/// What is in the window where the face is.
+/// The window's picture at the place of the face.
 fn shown(view: &mut View) -> RgbaImage {
     let rect = face(view);
     let picture = view.render().unwrap();
@@ -15,7 +15,7 @@ fn shown(view: &mut View) -> RgbaImage {
     RgbaImage::from_fn(w, h, |i, j| *picture.get_pixel(x + i, y + j))
 }
 
-/// The part of the pixels of which a colour differs by more than `by`.
+/// The part of the pixels that have a colour which differs by more than `by`.
 fn differ(a: &RgbaImage, b: impl Fn(u32, u32) -> [u8; 4], by: u8) -> f64 {
     let pixels = a.enumerate_pixels();
     let off = pixels.filter(|(x, y, pixel)| {
@@ -120,7 +120,7 @@ fn before_and_after_are_beside_each_other() {
     view.run();
     let both = shown(&mut view);
     let line = both.width() / 2;
-    // But for the line, and the words at the top.
+    // The line and the words at the top are left out.
     let is_words = |x: u32, y: u32| y < 28 || x.abs_diff(line) < 4;
     let other = |x: u32, y: u32| match x < line {
         _ if is_words(x, y) => both.get_pixel(x, y).0,

@@ -1,4 +1,4 @@
-//! What the pointer and the keys do to markers and to the camera.
+//! The actions of the pointer and the keys on markers and on the camera.
 
 use super::*;
 use rhytid_view::Before;
@@ -15,11 +15,11 @@ fn a_marker_follows_the_pointer_and_is_undone() {
     let to = from + egui::vec2(24.0, -31.0);
     drag(&mut view, from, to, NONE);
     assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));
-    assert_eq!(view.state().taken(), [handle]);
+    assert_eq!(view.state().selected(), [handle]);
     let after = document(&view).handles(true);
     let moved = (0..after.len()).filter(|&h| distance(after[h], before[h]) > 1e-4).count();
     assert!(moved > 1, "its neighbours come with it");
-    // Each step that moved the pointer had its picture, in that very step.
+    // Each step that moved the pointer drew its picture in the same step.
     assert!(view.state().times().unwrap().1 >= drawn + 4);
     view.key_press_modifiers(Modifiers::COMMAND, egui::Key::Z);
     view.run();
@@ -47,7 +47,7 @@ fn what_is_dragged_is_drawn_in_the_same_frame() {
     view.step();
     assert!(at(&view, handle).distance(from + egui::vec2(30.0, 0.0)) < 1.0);
     assert_eq!(view.state().times().unwrap().1, drawn + 1, "one event, one picture");
-    // Escape takes it back.
+    // Escape undoes the drag.
     view.key_press(egui::Key::Escape);
     view.run();
     assert!(at(&view, handle).distance(from) < 0.1);
@@ -64,7 +64,7 @@ fn a_marker_stays_where_it_was_let_go_though_the_pointer_goes_on() {
     view.step();
     view.hover_at(from + egui::vec2(8.0, 0.0));
     view.step();
-    // All of it between two frames, as when one takes long.
+    // All events come between two frames, as when a frame takes long.
     let let_go = egui::Event::PointerButton {
         pos: to,
         button: PointerButton::Primary,
@@ -95,14 +95,14 @@ fn several_are_dragged_together_and_pinned_ones_stay() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);
     let first = handle_in_front(&view);
-    let other = document(&view).pull().mirror_of(first).filter(|other| *other != first);
+    let other = document(&view).soft_selection().mirror_of(first).filter(|other| *other != first);
     let other =
         other.unwrap_or_else(|| (0..demo().1.handles().vertices.len()).find(|&h| h != first).unwrap());
     let place = at(&view, first);
     click(&mut view, place, NONE);
     let place = at(&view, other);
     click(&mut view, place, Modifiers::SHIFT);
-    assert_eq!(view.state().taken(), [first, other]);
+    assert_eq!(view.state().selected(), [first, other]);
     let before = document(&view).handles(true);
     let from = at(&view, first);
     drag(&mut view, from, from + egui::vec2(0.0, -20.0), NONE);
@@ -125,14 +125,14 @@ fn several_are_dragged_together_and_pinned_ones_stay() {
 fn the_mirror_does_the_same_on_the_other_side() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);
-    let pull = document(&view).pull().clone();
+    let soft_selection = document(&view).soft_selection().clone();
     let handle = (0..demo().1.handles().vertices.len())
         .find(|&h| {
-            pull.mirror_of(h).is_some_and(|other| other != h)
+            soft_selection.mirror_of(h).is_some_and(|other| other != h)
                 && at(&view, h).distance(face(&view).center()) < 200.0
         })
         .unwrap();
-    let other = pull.mirror_of(handle).unwrap();
+    let other = soft_selection.mirror_of(handle).unwrap();
     view.key_press(egui::Key::M);
     view.state_mut().settings_mut().reach = 0.0;
     view.run();
@@ -178,7 +178,7 @@ fn the_camera_goes_around_nearer_and_back() {
         modifiers: NONE,
     };
     view.event(wheel);
-    // It goes smoothly.
+    // The camera moves smoothly.
     view.run_steps(20);
     let eye = |orbit: &rhytid_view::Orbit| orbit.camera().eye();
     let target = front.camera().target();
@@ -196,7 +196,7 @@ fn a_vertex_says_what_drives_it() {
     let folder = Folder::new();
     let mut view = opened(&folder, [1100.0, 900.0]);
     let handle = handle_in_front(&view);
-    // Beside the dot, on the skin.
+    // The place is beside the dot, on the skin.
     let place = at(&view, handle) + egui::vec2(16.0, 6.0);
     click(&mut view, place, NONE);
     let vertex = view.state().vertex().expect("the skin was clicked");
@@ -218,10 +218,10 @@ fn everything_is_done_by_keys_too() {
     let mut view = opened(&folder, [900.0, 700.0]);
     view.key_press(egui::Key::N);
     view.run();
-    assert_eq!(view.state().taken(), [0]);
+    assert_eq!(view.state().selected(), [0]);
     view.key_press(egui::Key::B);
     view.run();
-    assert_eq!(view.state().taken(), [demo().1.handles().vertices.len() - 1]);
+    assert_eq!(view.state().selected(), [demo().1.handles().vertices.len() - 1]);
     let before = document(&view).handles(true);
     view.key_press_modifiers(Modifiers::ALT, egui::Key::ArrowUp);
     view.run();

@@ -14,13 +14,13 @@ fn a_take_plays_at_its_own_rate() {
     view.key_press(egui::Key::Space);
     view.step();
     let first = frame(&view);
-    // A second, at the window's 60 pictures.
+    // One second, with the window's 60 pictures a second.
     for _ in 0..60 {
         view.step();
     }
     let played = (frame(&view) - first) as f64;
     assert!((played - rate).abs() <= 1.0, "{played} frames in a second, expected {rate}");
-    // It waits for the next frame, and draws each once.
+    // It waits for the next frame, and draws each frame once.
     view.get_by_label("Stop").click();
     view.run();
     let stopped = frame(&view);

@@ -9,14 +9,14 @@ use std::collections::BTreeSet;
 const FACE: [(&str, &str); 2] =
     [("handles", "Array.from(rhytid.handlePositions)"), ("positions", "Array.from(rhytid.positions)")];
 
-/// As the page is for a user, once.
+/// The page as a user sees it, visited once.
 fn usual() -> &'static Value {
     static USUAL: OnceLock<Value> = OnceLock::new();
     USUAL.get_or_init(|| {
         let adapter =
             ("adapter", "navigator.gpu.requestAdapter().then((a) => a.limits.maxStorageBufferBindingSize)");
         let shown = ("shown", "document.body.innerText");
-        // As a hand would click, one after the other.
+        // Clicks one after the other, like a hand.
         let clicked = (
             "clicked",
             "(async () => {
@@ -59,7 +59,7 @@ fn the_quick_suite_is_green_with_every_case_that_there_is_natively() {
     assert!(found["report"]["system"].as_str().unwrap().contains("Chrome"), "{}", found["report"]["system"]);
     let device = &found["report"]["devices"][0]["device"];
     assert_eq!(device["driver"], "WebGPU");
-    // More than WebGPU promises: what the adapter has is asked for.
+    // More than WebGPU promises: the page requests the adapter's limits.
     assert_eq!(device["max_binding_bytes"], found["adapter"]);
     assert!(found["adapter"].as_u64().unwrap() > 128 << 20, "{}", found["adapter"]);
     let shown = found["shown"].as_str().unwrap();
@@ -98,9 +98,12 @@ fn a_face_is_where_the_processor_has_it() {
     assert_eq!(positions.len(), expected.len());
     let off = positions.iter().zip(&expected).map(|(a, b)| f64::from((a - b).abs())).fold(0.0, f64::max);
     let off = off / height(&rig);
-    println!("{off:e} of the face's height off the processor's, {} of its size off the twin's", found["off"]);
+    println!(
+        "{off:e} of the face's height off the processor's, {} of its size off the reference's",
+        found["off"]
+    );
     assert!(off < 2e-5, "{off:e}");
-    // It moves: the last pose is another than rest.
+    // The face moves: the last pose differs from rest.
     let moved = positions[positions.len() - rig.surface().rest.len() * 3..]
         .iter()
         .zip(rig.surface().rest.as_flattened());
@@ -118,7 +121,7 @@ fn arrays_that_are_split_give_the_same_bits() {
     let (split, whole) = (&split["found"], &usual()["found"]);
     assert_eq!(split["state"], "passed", "{split}");
     assert_eq!(split["report"]["devices"][0]["device"]["max_binding_bytes"], 65536);
-    // The basis alone is larger, and so are the positions of all poses.
+    // Both the basis and the positions of all poses are larger than that.
     let rig = demo().0.clone();
     assert!(rig.basis().as_slice().len() * 4 > 65536 && floats(&split["positions"]).len() * 4 > 65536);
     assert_eq!(split["positions"], whole["positions"]);
@@ -130,7 +133,7 @@ fn arrays_that_are_split_give_the_same_bits() {
 
 #[test]
 fn a_driver_that_gets_one_kernel_wrong_is_found_out() {
-    // The browser's compiler is given another strain: larger by a part in 100,000.
+    // The browser's compiler gets a changed strain kernel, with results larger by a part in 100,000.
     let fault = "const make = GPUDevice.prototype.createShaderModule;
         GPUDevice.prototype.createShaderModule = function (descriptor) {
             const code = descriptor.code.replace('/ (length + l) / l', '/ (length + l) / l * 1.00001');

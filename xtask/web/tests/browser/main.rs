@@ -1,4 +1,5 @@
-//! The pages in a browser: Chromium, whose WebGPU runs on SwiftShader, opens what `cargo xtask web` builds from a server on this machine.
+//! The pages in a browser: Chromium, whose WebGPU runs on SwiftShader, opens what `cargo xtask web` builds
+//! from a server on this machine.
 mod conformance;
 mod pages;
 mod viewer;
@@ -15,7 +16,7 @@ use std::process::Command;
 use std::sync::OnceLock;
 use xtask_web::{Server, Size, build};
 
-/// The folder, what is in it, and where it is served.
+/// The folder, its files, and the address of its server.
 struct Pages {
     folder: PathBuf,
     files: Vec<Size>,
@@ -53,10 +54,10 @@ fn demo() -> &'static (Rig, Take) {
     })
 }
 
-/// Until the page has said how it ended.
+/// The condition that the page has reported its end.
 const ENDED: &str = "window.rhytid && window.rhytid.state !== 'running'";
 
-/// A page, what is done to the browser before it, and what is asked of it.
+/// A page, the changes to the browser before it, and the queries after it.
 fn visit(page: &str, before: &str, until: &str, evaluate: &[(&str, &str)]) -> Value {
     let evaluate: serde_json::Map<String, Value> =
         evaluate.iter().map(|(name, expression)| ((*name).to_owned(), json!(expression))).collect();
@@ -69,7 +70,7 @@ fn visited(visit: Value) -> Value {
     visited_with_downloads(visit, tempfile::tempdir().unwrap().path())
 }
 
-/// As [`visited`]; what the page hands over lands in `downloads`.
+/// As [`visited`]. Downloads of the page are saved in `downloads`.
 fn visited_with_downloads(visit: Value, downloads: &Path) -> Value {
     let folder = tempfile::tempdir().unwrap();
     let job = folder.path().join("job.json");
@@ -81,7 +82,7 @@ fn visited_with_downloads(visit: Value, downloads: &Path) -> Value {
     serde_json::from_slice::<Value>(&output.stdout).unwrap()[0].take()
 }
 
-/// Everything that the page tells programs, but of the face no more than how far it is off.
+/// Everything that the page tells programs; of the face only its error.
 const RESULT: [(&str, &str); 4] = [
     ("state", "rhytid.state"),
     ("message", "rhytid.message"),

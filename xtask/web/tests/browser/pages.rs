@@ -1,4 +1,4 @@
-//! What all pages keep to.
+//! Rules for all pages.
 
 use super::*;
 use std::net::TcpListener;
@@ -8,7 +8,7 @@ fn the_page_asks_for_nothing_elsewhere_and_may_not() {
     let elsewhere = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
     elsewhere.set_nonblocking(true).unwrap();
     let foreign = format!("http://{}/", elsewhere.local_addr().unwrap());
-    // What the policy says of something that is tried, or that it was let through.
+    // The policy's message about an attempt, or that it was allowed.
     let tried = |what: &str| {
         format!(
             "new Promise((resolve) => {{

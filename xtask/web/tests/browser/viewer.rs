@@ -1,4 +1,4 @@
-//! The viewer as a page: what its keys, a mouse and a finger do, and what it shows.
+//! The viewer as a page: its keys, mouse and touch, and its picture.
 
 use super::*;
 use base64::Engine;
@@ -13,9 +13,9 @@ const STATUS: &str = "JSON.parse(rhytid.viewer.status)";
 const POSITIONS: &str = "rhytid.viewer.positions().then((positions) => Array.from(positions))";
 const PICTURE: &str = "rhytid.viewer.picture().then((png) => btoa(Array.from(png, (byte) => String.fromCharCode(byte)).join('')))";
 
-/// Presses and lets go of a key.
+/// Presses and releases a key.
 fn key(key: &str, code: &str, modifiers: u8) -> [Value; 2] {
-    // Chromium takes characters' codes for letters, and its own for others.
+    // Chromium uses character codes for letters, and its own codes for other keys.
     let number = match code {
         "Space" => 32,
         "Home" => 36,
@@ -38,12 +38,12 @@ fn evaluate(name: &str, what: &str) -> Value {
     json!({ "evaluate": { name: what } })
 }
 
-/// Two pictures later everything that was done is shown.
+/// Waits for two pictures, after which all changes are visible.
 fn shown() -> Value {
     json!({ "evaluate": { "_": "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => done(0)))))" } })
 }
 
-/// Where a handle is on the page, moved by some pixels.
+/// The place of a handle on the page, moved by some pixels.
 fn place(handle: usize, by: f64, axis: usize) -> String {
     let edge = ["left", "top"][axis];
     format!(
@@ -51,7 +51,7 @@ fn place(handle: usize, by: f64, axis: usize) -> String {
     )
 }
 
-/// The page stands still at the first frame.
+/// Stops the page at the first frame.
 fn stand() -> Vec<Value> {
     let mut steps = vec![until(&format!("{STATUS}.frames > 1"))];
     steps.extend(key(" ", "Space", 0));
@@ -74,7 +74,7 @@ fn opened(steps: &[Value], extra: Value) -> Value {
     visited["found"].clone()
 }
 
-/// A handle in the middle of the face, away from others.
+/// A handle in the middle of the face, far from others.
 fn handle() -> usize {
     let (rig, _) = demo();
     let at = |h: usize| rig.surface().rest[rig.handles().vertices[h].index()];
@@ -107,7 +107,7 @@ fn picture(found: &Value) -> (u32, u32, Vec<u8>) {
     (info.width, info.height, pixels)
 }
 
-/// The part of the pixels that differ by more than a little.
+/// The share of the pixels that differ by more than a little.
 fn differ(a: &[u8], b: &[u8]) -> f64 {
     let pairs = a.as_chunks::<4>().0.iter().zip(b.as_chunks::<4>().0);
     let off = pairs.filter(|(a, b)| (0..3).any(|c| a[c].abs_diff(b[c]) > 6)).count();
@@ -155,7 +155,7 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
         before.as_flattened(),
         &take.handle_positions(&rig.handles().labels).unwrap()[..3 * rig.handles().vertices.len()]
     );
-    assert_eq!(found["after"]["taken"], json!([handle]));
+    assert_eq!(found["after"]["selected"], json!([handle]));
     let [at, there] = ["at", "there"].map(|name| [0, 1].map(|c| found[name][c].as_f64().unwrap()));
     assert!(
         (there[0] - at[0] - 24.0).abs() < 1.0 && (there[1] - at[1] + 20.0).abs() < 1.0,
@@ -165,7 +165,7 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
     assert!(moved > 1, "its neighbours come with it");
     assert_eq!(handles(&found["undone"]), before);
 
-    // What the page shows is what the processor makes of the same handles.
+    // The page shows what the processor computes for the same handles.
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = Animator::new(&cpu, rig, UploadOptions::frames(1)).unwrap();
     animator.evaluate(after.as_flattened()).unwrap();
@@ -179,7 +179,7 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
     println!("{:e} of the face's height off the processor's", off / height);
     assert!(off < 2e-5 * height, "{off}");
 
-    // And its picture the one that is drawn without a browser, but for the dots.
+    // Its picture equals the one drawn without a browser, except for the dots.
     let (width, rows, pixels) = picture(&found["picture"]);
     let wgpu = Wgpu::open(&Wgpu::devices().unwrap()[0]).unwrap();
     let buffers = FrameBuffers::new(wgpu.device(), wgpu.queue(), rig.vertices()).unwrap();

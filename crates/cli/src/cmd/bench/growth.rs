@@ -7,13 +7,13 @@ use rhytid::{Error, Progress, Result, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 
-/// The vertices that are tried, as parts of those asked for: 10 k to 2 M where they are the chapter's 530,000.
+/// The vertex counts to try, as parts of the requested one: 10 k to 2 M for the chapter's 530,000.
 const VERTICES: [f64; 6] = [0.02, 0.06, 0.2, 0.6, 2.0, 4.0];
 const HANDLES: [usize; 5] = [30, 60, 100, 180, 300];
 const EXAMPLES: [usize; 6] = [1, 3, 6, 10, 20, 40];
 const FRAMES: [usize; 7] = [1, 2, 4, 8, 16, 32, 64];
 
-/// What grows.
+/// The size that grows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub(super) enum What {
@@ -42,11 +42,11 @@ pub(super) struct Point {
     pub what: What,
     /// How large that size is.
     pub size: usize,
-    /// Per frame; null where the device failed, for want of memory as a rule.
+    /// Per frame; null where the device failed, usually for lack of memory.
     pub ms: Option<f64>,
 }
 
-/// The sizes to try: rig and batch, and which of them is another than usual.
+/// The sizes to try: the size that changes, the rig and the batch.
 fn sizes(usual: Size, frames: usize) -> Vec<(What, Size, usize)> {
     let mut sizes = Vec::new();
     for part in VERTICES {
@@ -63,7 +63,8 @@ fn sizes(usual: Size, frames: usize) -> Vec<(What, Size, usize)> {
     sizes
 }
 
-/// Measures all devices at each size around the `usual` one, by rigs of this `method`; the points of each device.
+/// Measures all devices at each size around the `usual` one, with rigs of this `method`. Returns the points
+/// of each device.
 ///
 /// # Errors
 /// [`Error::Cancelled`].

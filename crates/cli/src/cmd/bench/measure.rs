@@ -1,4 +1,4 @@
-//! The time that a device takes for a rig, and the least that it has to move for it.
+//! The time that a device takes for a rig, and the least number of bytes that it has to move.
 
 use rhytid::conformance::{Memory, stage_name};
 use rhytid::core::numbers::median;
@@ -7,7 +7,7 @@ use rhytid::{Animator, BasisStorage, Result, Rig, Session, Stage, UploadOptions}
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// Turns of a device, the rounds that are measured in each, and how long measuring takes at most.
+/// Turns of a device, the measured rounds in each, and the time limit of measuring.
 const TURNS: usize = 5;
 const ROUNDS: usize = 5;
 const LIMIT: Duration = Duration::from_secs(10);
@@ -18,7 +18,8 @@ pub(super) struct Measured {
     pub stage: &'static str,
     pub ms: f64,
     pub bytes: f64,
-    /// The time that the processor's memory needs for the bytes, of the time that the stage takes. None for a GPU with memory of its own.
+    /// The time that the processor's memory needs for the bytes, as a share of the stage's time. None for a
+    /// GPU with memory of its own.
     pub share_of_bandwidth: Option<f64>,
 }
 
@@ -27,17 +28,17 @@ pub(super) struct Measured {
 pub(super) struct Whole {
     pub ms: f64,
     pub bytes: f64,
-    /// Of the processor's memory, measured in turns with the device: the median.
+    /// The median bandwidth of the processor's memory, measured in turns with the device.
     pub read_bandwidth_gb_s: f64,
     pub share_of_bandwidth: Option<f64>,
     pub fps: f64,
 }
 
-/// A whole frame by the chapter's method, of a rig of the same size.
+/// A whole frame of a rig of the same size, by the chapter's method.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Chapter {
     pub ms: f64,
-    /// How many times as long the rig that is measured takes: the median of the turns' ratios.
+    /// Time of the measured rig divided by the time of the chapter's: the median of the turns' ratios.
     pub ratio: f64,
 }
 
@@ -45,12 +46,14 @@ pub(super) struct Chapter {
 #[derive(Default)]
 struct Rounds {
     wholes: Vec<f64>,
-    /// Of each stage; empty where the device does not time them.
+    /// The times of each stage; empty where the device does not time them.
     stages: [Vec<f64>; 6],
 }
 
-/// Medians of many batches of `options.max_frames` frames, per frame, in turns with reading `memory` and with the `chapter`'s rig, if there is one; stages
-/// are left out where the device does not time them.
+/// Median times per frame over many batches of `options.max_frames` frames.
+///
+/// The batches take turns with reading `memory`, and with the `chapter`'s rig if there is one. Stages are
+/// left out where the device does not time them.
 ///
 /// # Errors
 /// The device's.
@@ -83,20 +86,20 @@ pub(super) fn measure(
         let ms = median(&mut times);
         Measured { stage: stage_name(stage), ms, bytes, share_of_bandwidth: share(bytes, ms) }
     });
-    // A device may have a stage in another, or leave it out until it is read.
+    // A device may merge a stage into another one, or skip it until its result is read.
     let measured = measured.filter(|stage| stage.ms > 0.0 && stage.bytes > 0.0);
     Ok((whole, measured.collect(), chapter))
 }
 
 impl Chapter {
-    /// From the rounds of the rig that is measured, and as many of the chapter's, each beside the other.
+    /// From the rounds of the measured rig and as many of the chapter's, which were taken side by side.
     fn new(own: &[f64], chapter: &[f64]) -> Self {
         let mut ratios: Vec<f64> = own.iter().zip(chapter).map(|(own, chapter)| own / chapter).collect();
         Self { ms: median(&mut chapter.to_vec()), ratio: median(&mut ratios) }
     }
 }
 
-/// The median of a whole frame alone, of fewer batches.
+/// The median time of a whole frame, from fewer batches.
 ///
 /// # Errors
 /// The device's.
@@ -105,7 +108,7 @@ pub(super) fn whole_frame(info: &DeviceInfo, rig: &Rig, options: UploadOptions) 
     rounds.map(|mut rounds| median(&mut rounds[0].wholes))
 }
 
-/// `count` rounds of each rig in each turn, after one that is not measured; between turns, something else.
+/// `count` rounds of each rig in each turn, after one that is not measured. Between turns `between` runs.
 fn rounds(
     info: &DeviceInfo,
     rigs: &[&Rig],
@@ -133,7 +136,7 @@ fn rounds(
 }
 
 impl Rounds {
-    /// Adds `count` rounds after one that is not measured; one, where the deadline is past.
+    /// Adds `count` rounds after one that is not measured; a single round if the deadline is past.
     fn run(
         &mut self,
         count: usize,
@@ -166,8 +169,10 @@ impl Rounds {
     }
 }
 
-/// The least that each stage has to read of the rig, once a batch, and to write and read of results that do not fit into caches, in bytes a
-/// frame. Triangles are not counted: how many bytes they take is a matter of order and encoding.
+/// The least number of bytes that each stage moves per frame.
+///
+/// Each stage reads its part of the rig once a batch. Results that do not fit into caches are written and
+/// read once a frame. Triangles are not counted: their size depends on order and encoding.
 pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let per_vertex = |constants: usize, results: usize| {
         (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
@@ -177,7 +182,7 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let (position, neighbor) = (12, 4);
     let influences = (index + 4) * rig.influences().per_vertex();
     let detail = influences + 12 * rig.centers();
-    // Bands read the influences that the detail reads, and have it where the folds are of vector strains.
+    // The bands read the same influences as the detail. With vector strains the detail has already read them.
     let bands = rig.bands().map_or(0, |learned| {
         (index + 4) * learned.anchors_per_vertex() + 3 * entry * rig.examples().names.len() + position
     });
@@ -195,7 +200,7 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     })
 }
 
-/// Handle positions that move by some millimetres, in each frame otherwise.
+/// Handle positions that move by some millimetres, differently in each frame.
 fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
     let size = (0.002 / rig.surface().metres_per_unit) as f32;
     let frame = |frame: usize| {
@@ -223,7 +228,7 @@ mod tests {
         assert_eq!(per_vertex(chapter, BasisStorage::F32, 1), 584.0);
         assert_eq!(per_vertex(chapter, BasisStorage::F16, 1), 584.0 - 178.0);
         assert_eq!(per_vertex(chapter, BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
-        // Anchors, c and a, and no smooth positions or normals between.
+        // Anchors, c and a; smooth positions and normals are not stored between.
         assert_eq!(per_vertex(learned, BasisStorage::F32, 1), 584.0 + 40.0 + 72.0 + 12.0 - 28.0);
         assert_eq!(per_vertex(learned, BasisStorage::F16, 1), 584.0 - 178.0 + 40.0 + 36.0 + 12.0 - 28.0);
     }
@@ -236,7 +241,7 @@ mod tests {
         let options = UploadOptions::frames(2);
         let (whole, stages, beside) = measure(&cpu, &rig, Some(&chapter), options, &Memory::new()).unwrap();
         let sum: f64 = stages.iter().map(|stage| stage.ms).sum();
-        // The strain, all up to the positions, and the normals.
+        // Three stages: the strain, everything up to the positions, and the normals.
         assert!(stages.len() == 3 && sum > 0.0 && sum < 1.5 * whole.ms, "{sum} of {}", whole.ms);
         assert!((whole.fps * whole.ms - 1e3).abs() < 1e-6);
         let beside = beside.unwrap();

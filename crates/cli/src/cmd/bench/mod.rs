@@ -19,10 +19,11 @@ use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;
 
-/// Milliseconds of the chapter's GeForce 8800 GTX (large scale, its normals, fine scale, normals), its face having 530,000 vertices.
+/// Milliseconds of the chapter's GeForce 8800 GTX for a face of 530,000 vertices: large scale, its normals,
+/// fine scale, normals.
 const CHAPTER: [f64; 4] = [4.0, 5.0, 13.0, 5.0];
 
-/// How long each stage takes a device for one frame at a time; empty where the device does not time them.
+/// The time of each stage for one frame at a time; empty where the device does not time stages.
 ///
 /// # Errors
 /// The device's.
@@ -58,22 +59,21 @@ struct DeviceTimes {
     error: Option<String>,
     whole: Option<Whole>,
     stages: Vec<Measured>,
-    /// For a rig that was made by the learned method alone.
+    /// Only for a generated rig of the learned method.
     chapter: Option<Chapter>,
-    /// Empty unless it was asked for.
+    /// Empty unless growth was requested.
     growth: Vec<Point>,
 }
 
-/// Times every stage and whole frames on the devices, and compares them with what their bytes take.
+/// Times every stage and whole frames on the devices, and compares them with the time that their bytes take.
 ///
-/// # Errors
-/// As reading a rig's; [`Error::Device`] if the device that was asked for is absent or fails; [`Error::Cancelled`].
+/// As reading a rig's; [`Error::Device`] if the requested device is absent or fails; [`Error::Cancelled`].
 pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     let devices = match args.device.as_str() {
         "all" => devices(guard()).devices,
         id => vec![find_device(id, guard())?],
     };
-    // Now, so that minutes of measuring are not lost to a folder that is not there.
+    // An absent folder is an error now, before minutes of measuring.
     if let Some(plot) = &args.plot {
         refuse_inputs(&[plot], args.rig.as_deref())?;
     }
@@ -138,11 +138,11 @@ fn device_times(
 ) -> Result<DeviceTimes> {
     ui.report("measure", 0, 1);
     let (whole, stages, chapter) = measure::measure(info, rig, chapter, options, memory)?;
-    Ok(DeviceTimes { error: None, whole: Some(whole), stages, chapter, ..DeviceTimes::of(info) })
+    Ok(DeviceTimes { error: None, whole: Some(whole), stages, chapter, ..DeviceTimes::new(info) })
 }
 
 impl DeviceTimes {
-    fn of(info: &DeviceInfo) -> Self {
+    fn new(info: &DeviceInfo) -> Self {
         let (name, driver) = (info.name.clone(), info.driver.clone());
         Self {
             device: info.id(),
@@ -157,7 +157,7 @@ impl DeviceTimes {
     }
 
     fn failed(info: &DeviceInfo, error: &Error) -> Self {
-        Self { error: Some(error.to_string()), ..Self::of(info) }
+        Self { error: Some(error.to_string()), ..Self::new(info) }
     }
 }
 

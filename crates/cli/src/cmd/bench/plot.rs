@@ -8,7 +8,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use rhytid::core::human;
 use rhytid::{Error, Result};
 
-/// The backend rounds to whole units, so there are two in a pixel.
+/// The backend rounds to whole units, so a pixel has two units.
 const FINE: u32 = 2;
 const WIDTH: u32 = 900 * FINE;
 const LEFT: i32 = 150 * FINE as i32;
@@ -20,7 +20,7 @@ const PANEL: u32 = 240 * FINE;
 
 const INK: RGBColor = RGBColor(51, 51, 51);
 const GRID: RGBColor = RGBColor(221, 221, 221);
-/// Colours that people with any kind of colour vision tell apart (Okabe and Ito): of the stages, and of devices.
+/// Colours of stages and devices that people with any kind of colour vision can tell apart (Okabe and Ito).
 const COLORS: [RGBColor; 7] = [
     RGBColor(0, 0, 0),
     RGBColor(0, 114, 178),
@@ -30,13 +30,13 @@ const COLORS: [RGBColor; 7] = [
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
 ];
-/// Of what no stage's time tells.
+/// The colour of time that belongs to no stage.
 const REST: RGBColor = RGBColor(170, 170, 170);
 
 type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// A bar for each device, made of its stages; below, where it was measured, how a frame's time grows.
+/// A bar for each device, made of its stages. Below it, if measured, the growth of a frame's time.
 ///
 /// # Errors
 /// [`Error::Internal`] if `plotters` fails.
@@ -95,7 +95,7 @@ fn draw_bars(root: &Root, report: &BenchReport, devices: &[&DeviceTimes]) -> Dra
             root.draw(&Rectangle::new([at(x(start), top), at(x(end), bottom)], color.filled()))?;
             start = end;
         }
-        // What the bytes of a frame take at the memory's speed.
+        // The time that the bytes of a frame take at the memory's speed.
         let least = whole.share_of_bandwidth.map(|share| x(whole.ms * share));
         if let Some(least) = least {
             let mark = [at(least, top - 3 * FINE), at(least, bottom + 3 * FINE)];
@@ -135,8 +135,10 @@ fn draw_legend(root: &Root, devices: &[&DeviceTimes]) -> Drawn {
     Ok(())
 }
 
-/// Time over one size: sizes side by side in steps that are nearly equal ratios; times from 0, or in powers of ten where the size goes
-/// through several.
+/// A chart of time over one size.
+///
+/// The sizes stand at equal distances, since they grow by nearly equal ratios. Times start at 0. Over
+/// vertices the time axis is logarithmic.
 fn draw_growth(panel: &Root, what: What, devices: &[&DeviceTimes]) -> Drawn {
     let of = |device: &DeviceTimes| {
         device.growth.iter().filter(|p| p.what == what).cloned().collect::<Vec<Point>>()
@@ -193,7 +195,7 @@ fn short(n: usize) -> String {
     }
 }
 
-/// With two digits that count.
+/// A time with two significant digits.
 fn two_digits(ms: f64) -> String {
     let decimals = (1.0 - ms.log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{ms:.decimals$}")

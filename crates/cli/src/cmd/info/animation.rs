@@ -20,7 +20,7 @@ pub(super) struct AnimationInfo {
     frames: usize,
     first_time_code: f64,
     rate: f64,
-    /// Of each kind whether there is any of it.
+    /// For each kind, whether the file has any of it.
     #[serde(flatten)]
     kinds: BTreeMap<&'static str, bool>,
     /// The names of all channels.
@@ -59,7 +59,7 @@ impl AnimationInfo {
         let unit = human::unit(self.metres_per_unit);
         let has = |kind: ChannelKind| self.kinds.get(kind.name()) == Some(&true);
         let mut lacking: Vec<&str> = Vec::new();
-        // What few files have is told where it is there.
+        // Rare channels are listed only where the file has them.
         let usual = [ChannelKind::Normals, ChannelKind::Velocities].into_iter();
         lacking.extend(usual.filter(|kind| !has(*kind)).map(ChannelKind::name));
         lacking.extend((!self.head).then_some("the head's motion"));

@@ -62,7 +62,7 @@ struct HandlesInfo {
 
 #[derive(Serialize)]
 struct MarkersInfo {
-    /// Handle and marker.
+    /// Pairs of handle and marker.
     markers: Vec<[String; 2]>,
 }
 
@@ -75,7 +75,7 @@ struct SetupInfo {
 /// Prints what is in a file.
 ///
 /// # Errors
-/// [`Error::Input`] if the file is not whole or of no known kind; [`Error::Io`].
+/// [`Error::Input`] if the file is damaged or of no known kind; [`Error::Io`].
 pub(super) fn run(args: &args::Info) -> Result<()> {
     let file_bytes = std::fs::metadata(&args.file).map_err(Error::io(&args.file))?.len();
     let info = Info {
@@ -119,11 +119,11 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
         },
         "glb" | "gltf" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
-            // A mesh, or damaged, which its reader says better.
-            Err(_) => Content::Mesh(Shape::of(&mesh::read(path)?)),
+            // A mesh, or a damaged file, whose reader gives the better error.
+            Err(_) => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),
         },
-        "obj" | "ply" => Content::Mesh(Shape::of(&mesh::read(path)?)),
-        "safetensors" => Content::Rig(RigInfo::of(rig_file::read(path)?)),
+        "obj" | "ply" => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),
+        "safetensors" => Content::Rig(RigInfo::from_rig(rig_file::read(path)?)),
         "json" => Content::Report(ReportInfo::read(path)?),
         "csv" if has_columns(path, &["handle", "marker"])? => {
             let pairs = tables::read_markers(path)?.into_iter();
@@ -142,7 +142,7 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
             setup.clean_up()?;
             Content::Setup(SetupInfo { keys: setup_keys(path)? })
         }
-        "toml" => Content::Project(ProjectInfo::of(rhytid::formats::project::read(path, reach)?)),
+        "toml" => Content::Project(ProjectInfo::from_face(rhytid::formats::project::read(path, reach)?)),
         _ => {
             return Err(Error::unsupported_format(format!(
                 "{}: expected a mesh (.obj, .ply, .glb, .gltf), an animation (.usd, .usda, .usdc, .usdz, .glb, .gltf), a rig \

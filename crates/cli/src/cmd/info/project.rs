@@ -21,18 +21,18 @@ pub(super) struct ProjectInfo {
     bending_length: Option<f64>,
     bind: &'static str,
     rotations: bool,
-    /// Null where they are found by the solve.
+    /// Null where the solve finds them.
     strain_edges: Option<usize>,
     max_influences: usize,
 }
 
 impl ProjectInfo {
-    pub(super) fn of(face: Face) -> Self {
+    pub(super) fn from_face(face: Face) -> Self {
         Self {
             name: face.name,
             metres_per_unit: face.metres_per_unit,
             up: face.up_axis,
-            shape: Shape::of(&face.neutral),
+            shape: Shape::from_mesh(&face.neutral),
             handles: face.handles.labels.len(),
             labels: face.handles.labels,
             examples: face.examples.into_iter().map(|example| example.name).collect(),

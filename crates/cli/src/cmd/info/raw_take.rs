@@ -16,7 +16,7 @@ pub(super) struct RawTakeInfo {
     end: f64,
     markers: usize,
     labels: Vec<String>,
-    /// Of each marker: the frames in which it is missing.
+    /// For each marker, the number of frames in which it is missing.
     missing: Vec<usize>,
     metres_per_unit: Option<f64>,
     bounds: Option<Bounds>,

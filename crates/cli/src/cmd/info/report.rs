@@ -1,4 +1,4 @@
-//! `rhytid info` of the JSON that Rhytid writes: which report it is, and what stands in it at the top.
+//! `rhytid info` of the JSON that Rhytid writes: which report it is, and its keys at the top level.
 
 use super::shape::row;
 use rhytid::core::human;
@@ -8,7 +8,7 @@ use serde::Serialize;
 use serde_json::{Map, Value};
 use std::path::Path;
 
-/// The reports by keys that they alone have, and the page that is written beside them.
+/// The reports by keys that only they have, and the page written beside each.
 const REPORTS: [(&str, &[&str], Option<&str>); 10] = [
     ("clean-up", &["setup", "events", "summary"], Some("report.html")),
     ("conformance", &["suite", "without_device"], Some("report.md")),
@@ -28,7 +28,7 @@ pub(super) struct ReportInfo {
     pub of: &'static str,
     /// Its keys at the top.
     keys: Vec<String>,
-    /// The page that is written beside it and is not there.
+    /// The page that should be beside it but is missing.
     missing: Option<&'static str>,
     #[serde(skip)]
     top: Map<String, Value>,

@@ -24,7 +24,7 @@ pub(super) struct RigInfo {
     centers: usize,
     influences: usize,
     method: &'static str,
-    /// Null for the chapter's method, as the next.
+    /// Null for the chapter's method, like the next key.
     share: Option<f64>,
     ridge: Option<f64>,
     bending_length: f64,
@@ -36,7 +36,7 @@ pub(super) struct RigInfo {
 }
 
 impl RigInfo {
-    pub(super) fn of(rig: Rig) -> Self {
+    pub(super) fn from_rig(rig: Rig) -> Self {
         let (device_bytes, device_bytes_per_frame) =
             (rhytid::playback::rig_bytes(&rig), rhytid::playback::frame_bytes(&rig));
         let f16_error = BasisStorage::F16.largest_error(&rig);
@@ -62,7 +62,7 @@ impl RigInfo {
             name: surface.name,
             metres_per_unit: surface.metres_per_unit,
             up: surface.up_axis,
-            shape: Shape::of(&neutral),
+            shape: Shape::from_mesh(&neutral),
             driven_vertices,
             handles: handles.len(),
             labels: handles.labels,

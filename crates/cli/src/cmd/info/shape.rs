@@ -27,7 +27,7 @@ pub(super) struct Bounds {
 }
 
 impl Shape {
-    pub(super) fn of(mesh: &Mesh) -> Self {
+    pub(super) fn from_mesh(mesh: &Mesh) -> Self {
         let mut faces_by_corners = BTreeMap::new();
         for &corners in &mesh.faces.counts {
             *faces_by_corners.entry(corners).or_insert(0) += 1;

@@ -27,7 +27,7 @@ impl TakeInfo {
     pub(super) fn read(path: &Path) -> Result<Self> {
         let whole = take::read(path, None, take::Missing::Error);
         let gaps = whole.is_err();
-        // What is wrong apart from gaps is wrong again here.
+        // An error other than gaps appears again here.
         let take: Take = whole.or_else(|_| take::read(path, None, take::Missing::Hold))?;
         let rate = take.rate();
         Ok(Self {

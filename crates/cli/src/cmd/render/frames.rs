@@ -1,4 +1,5 @@
-//! Frames to be drawn, evaluated one after the other: where they are drawn, or on another device, which hands them over.
+//! Frames to be drawn, evaluated one after the other: on the device that draws, or on another one that hands
+//! them over.
 
 use super::shape::Shape;
 use super::truth::Truth;
@@ -13,48 +14,48 @@ use rhytid::render::Vertices;
 use rhytid::{Animator, Error, Progress, Result, Rig, Stage, UploadOptions};
 use std::time::{Duration, Instant};
 
-/// Frames of which other stages are kept until the result is there.
+/// Frames whose other stages are kept until the result arrives.
 const BATCH: usize = 16;
 
-/// What there is of a frame.
+/// The data of one frame.
 #[derive(Default)]
 pub(super) struct Evaluated<'a> {
-    /// Where the result is on the device that draws; all the rest is empty then.
+    /// The result on the device that draws. Everything else is then empty.
     pub drawn_from: Option<Vertices<'a>>,
     pub result: Shape<'a>,
-    /// The same before a stage or by another rig, where it was asked for.
+    /// The result at an earlier stage or by another rig, if requested.
     pub before: Shape<'a>,
-    /// What the result should be, where that was given.
+    /// The true shape, if given.
     pub truth: Shape<'a>,
-    /// V × 3 positions, where they were asked for.
+    /// V × 3 positions, if requested.
     pub large_scale: &'a [f32],
-    /// V, where it was asked for.
+    /// V values, if requested.
     pub sigma: &'a [f32],
 }
 
-/// What the result is put beside.
+/// The shape to put beside the result.
 pub(super) struct Before {
     /// `None` for the same rig.
     pub rig: Option<Rig>,
     pub stage: OutputStage,
-    /// What it is called, and then the result.
+    /// The name of that shape, and the name of the result.
     pub words: [String; 2],
 }
 
-/// What is wanted of each frame.
+/// What each frame must contain.
 pub(super) struct Wanted<'a> {
     pub recipe: Recipe,
-    /// What edits do beside editing the take, and all of that.
+    /// The effects of edits beyond the take's handles, and the edited take with all of its frames.
     pub layers: Option<(Layers, EditedTake)>,
     pub large_scale: bool,
     pub before: Option<&'a Before>,
     pub truth: Option<Truth>,
-    /// What is shown is made of frames on the host.
+    /// The pictures need frames on the host.
     pub on_host: bool,
 }
 
 impl Wanted<'_> {
-    /// Whether a session's own buffers have all of it: positions and normals.
+    /// Whether a session's own buffers have everything: positions and normals.
     fn is_drawn_from_a_session(&self) -> bool {
         let is_more = self.on_host
             || self.large_scale
@@ -70,19 +71,19 @@ pub(super) struct Frames<'a> {
     rig: &'a Rig,
     on: On<'a>,
     wanted: Wanted<'a>,
-    /// What evaluation took: all of it where it is drawn from, else as long as drawing had to wait for it.
+    /// Time of evaluation. On another device only the time that drawing had to wait.
     pub evaluation: Duration,
 }
 
-/// Where frames are evaluated.
+/// Where the frames are evaluated.
 enum On<'a> {
-    /// Where they are drawn, so that they are drawn from where they are.
+    /// On the device that draws, so that frames are drawn directly from its buffers.
     Same { session: Box<Animator<WgpuSession>>, info: DeviceInfo, watch: Option<Watch<'a>> },
-    /// Elsewhere; and the rig to put the result beside, where that is another.
+    /// On another device; with the other rig to put beside the result, if there is one.
     Other { playback: Box<Playback<'a>>, before: Option<Playback<'a>> },
 }
 
-/// The device to draw with, and the one that was named to evaluate, `None` for `auto`.
+/// The device to draw with, and the device named for evaluation (`None` for `auto`).
 ///
 /// # Errors
 /// As [`inputs::named_device`] and [`drawing::device`].
@@ -97,8 +98,10 @@ pub(super) fn devices(args: &args::Render) -> Result<(DeviceInfo, Option<DeviceI
 }
 
 impl<'a> Frames<'a> {
-    /// `count` frames of `rig`, which `wgpu`, the device `draws`, draws: evaluated on the device `named`; where none is, on the one that draws if
-    /// it is a GPU and has all that is wanted, else on the fastest.
+    /// `count` frames of `rig`, which `wgpu` draws on the device `draws`.
+    ///
+    /// The frames are evaluated on the device `named`. Without a name, `draws` evaluates them if it is a GPU
+    /// and has everything that is wanted. Otherwise the fastest device does.
     ///
     /// # Errors
     /// As [`Playback::new`] and [`inputs::devices`].
@@ -146,7 +149,7 @@ impl<'a> Frames<'a> {
         }
     }
 
-    /// Evaluates the frames of `take` with these numbers, which rise, and hands each to `each`.
+    /// Evaluates the frames of `take` with these rising numbers, and gives each to `each`.
     ///
     /// # Errors
     /// As [`Playback::play`] and `each`.
@@ -206,7 +209,7 @@ impl On<'_> {
     }
 }
 
-/// Where a session of one frame has it.
+/// The vertices in the buffers of a session of one frame.
 fn vertices(session: &WgpuSession) -> Result<Vertices<'_>> {
     let result = |stage| session.results(stage).next().map(|(_, buffer)| buffer.slice(..));
     let (positions, normals) = (result(Stage::Positions), result(Stage::Normals));
@@ -216,7 +219,8 @@ fn vertices(session: &WgpuSession) -> Result<Vertices<'_>> {
     }
 }
 
-/// Plays frames of a take on the host: the rig, and another one before it, if there is one. How long `each` took.
+/// Plays frames of a take on the host: the rig, and `before` if it is another rig. Returns the time that
+/// `each` took.
 fn hand_over<'a>(
     wanted: &mut Wanted<'_>,
     playback: &mut Playback<'a>,
@@ -231,11 +235,11 @@ fn hand_over<'a>(
     let per_frame = 3 * playback.rig().vertices();
     let mut large_scale = Kept::default();
     if wanted.large_scale {
-        large_scale = Kept::of(playback, &selection, OutputStage::LargeScale, ui)?;
+        large_scale = Kept::new(playback, &selection, OutputStage::LargeScale, ui)?;
     }
     let mut before = Kept::default();
     if let Some(Before { stage, .. }) = wanted.before {
-        before = Kept::of(other.unwrap_or(&mut *playback), &selection, *stage, ui)?;
+        before = Kept::new(other.unwrap_or(&mut *playback), &selection, *stage, ui)?;
     }
     let (mut i, mut drawn) = (0, Duration::ZERO);
     playback.play(&selection, &wanted.recipe, ui, |frame| {
@@ -267,7 +271,7 @@ struct Kept {
 }
 
 impl Kept {
-    fn of(playback: &mut Playback<'_>, selection: &Selection, stage: OutputStage, ui: &Ui) -> Result<Self> {
+    fn new(playback: &mut Playback<'_>, selection: &Selection, stage: OutputStage, ui: &Ui) -> Result<Self> {
         let mut kept = Self::default();
         playback.play(selection, &Recipe { stage, ..Recipe::default() }, ui, |frame| {
             kept.positions.extend_from_slice(frame.positions());
@@ -277,7 +281,7 @@ impl Kept {
         Ok(kept)
     }
 
-    /// One of them, of so many numbers; empty where nothing was kept.
+    /// A frame of `per_frame` numbers; empty where nothing was kept.
     fn frame(&self, i: usize, per_frame: usize) -> Shape<'_> {
         let of = |numbers: &[f32]| i * per_frame..((i + 1) * per_frame).min(numbers.len());
         Shape {

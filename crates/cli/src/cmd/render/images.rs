@@ -7,10 +7,11 @@ use rhytid::render::{Picture, Renderer, Surface};
 use rhytid::{Error, Result, Rig};
 use std::path::Path;
 
-/// Gives `renderer` what is to be shown on `rig`.
+/// Gives `renderer` the images to show on `rig`.
 ///
 /// # Errors
-/// [`Error::Input`] where an image or a rig's texture coordinates are missing, or an image is damaged; [`Error::Io`]; [`Error::Device`].
+/// [`Error::Input`] where an image or a rig's texture coordinates are missing, or an image is damaged;
+/// [`Error::Io`]; [`Error::Device`].
 pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> Result<()> {
     if let Some(path) = &args.matcap {
         renderer.set_matcap(&decode(path, &input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?)?)?;

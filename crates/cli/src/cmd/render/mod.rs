@@ -18,7 +18,7 @@ use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::playback::{EditedTake, Layers};
-use rhytid::render::{Moving, MovingFormat, Picture, Sheet, hide_parts};
+use rhytid::render::{AnimatedImage, AnimatedImageFormat, Picture, Sheet, hide_parts};
 use rhytid::{Error, Progress, Result, Rig};
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -28,16 +28,16 @@ use truth::Truth;
 const ON_A_SHEET: [u32; 2] = [300, 400];
 const ALONE: [u32; 2] = [720, 960];
 
-/// What pictures came to.
+/// The result of drawing.
 pub(super) struct Drawn {
     pub pictures: usize,
-    /// The device that evaluated, and the one that drew.
+    /// The device that evaluated and the device that drew.
     pub devices: [DeviceInfo; 2],
     /// From the upload of the rig to the last file.
     pub time: Duration,
-    /// Of that what evaluation, lighting skin and drawing took.
+    /// The time's parts: evaluation, lighting skin and drawing.
     pub parts: Vec<(&'static str, Duration)>,
-    /// Of all files.
+    /// Size of all files.
     pub bytes: u64,
 }
 
@@ -76,25 +76,25 @@ pub(super) fn run(args: &args::Render, ui: &Ui) -> Result<()> {
     ))
 }
 
-/// What is written.
+/// The kind of output.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
     Sheet,
     Each,
-    Moving(MovingFormat),
+    AnimatedImage(AnimatedImageFormat),
 }
 
 impl Kind {
-    fn of(path: &Path) -> Result<Self> {
+    fn from_extension(path: &Path) -> Result<Self> {
         let name = path.to_string_lossy();
         let extension = path.extension().map(|extension| extension.to_string_lossy().to_ascii_lowercase());
-        match (extension.as_deref(), extension.as_deref().and_then(MovingFormat::by_extension)) {
+        match (extension.as_deref(), extension.as_deref().and_then(AnimatedImageFormat::by_extension)) {
             (Some("png"), _) if name.contains(FRAME) => Ok(Self::Each),
             (Some("png"), _) => Ok(Self::Sheet),
             (_, Some(_)) if name.contains(FRAME) => {
                 Err(Error::conflict(format!("{name}: {FRAME} is for .png, one picture a file; leave it out")))
             }
-            (_, Some(format)) => Ok(Self::Moving(format)),
+            (_, Some(format)) => Ok(Self::AnimatedImage(format)),
             (Some("mp4"), None) => Err(Error::unsupported_format(format!(
                 "{name}: this build writes no films (the feature film is off); expected .webp"
             ))),
@@ -111,12 +111,12 @@ impl Kind {
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
 pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
-    let kind = Kind::of(&args.output)?;
+    let kind = Kind::from_extension(&args.output)?;
     check_options(args, kind)?;
     inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
     let (draws, named) = frames::devices(args)?;
     let Loaded { rig, before, take, layers, truth, mut frames } = load(args, ui)?;
-    // The camera goes around one frame in as many steps as there are to be pictures.
+    // The camera goes around a single frame in as many steps as there are pictures.
     let steps = if args.turntable && frames.len() == 1 { args.count as usize } else { 1 };
     if kind == Kind::Sheet {
         frames = spread(frames.len(), args.count as usize).map(|i| frames[i]).collect();
@@ -147,7 +147,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     source.each(&take, &frames, ui, |frame| (0..steps).try_for_each(|_| picture(frame)))?;
     let bytes = match output.to {
         To::Sheet(sheet) => write(whole, &sheet.into_picture())?,
-        To::Moving(moving) => {
+        To::AnimatedImage(moving) => {
             moving.finish().map_err(Error::io(&args.output))?;
             whole.finish()?;
             std::fs::metadata(&args.output).map_err(Error::io(&args.output))?.len()
@@ -166,12 +166,12 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     })
 }
 
-/// An option that another leaves nothing to do for, or that lacks one, is a mistake.
+/// An option that has no effect beside another one, or that needs a missing one, is a mistake.
 fn check_options(args: &args::Render, kind: Kind) -> Result<()> {
     if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
         return Err(Error::conflict("--show detail is for --stage full: the others have no detail"));
     }
-    let is_opaque = matches!(kind, Kind::Moving(format) if !format.has_opacity());
+    let is_opaque = matches!(kind, Kind::AnimatedImage(format) if !format.has_opacity());
     if is_opaque && args.background == Some(Background([0; 4])) {
         let film = args.output.display();
         return Err(Error::conflict(format!(
@@ -187,15 +187,15 @@ fn check_options(args: &args::Render, kind: Kind) -> Result<()> {
     Ok(())
 }
 
-/// What is drawn.
+/// Everything to draw.
 struct Loaded {
     rig: Rig,
     before: Option<Before>,
     take: EditedTake,
-    /// What edits do beside editing the take, and all of that.
+    /// The effects of edits beyond the take's handles, and the edited take with all of its frames.
     layers: Option<(Layers, EditedTake)>,
     truth: Option<Truth>,
-    /// The frames of the take that are asked for and that the truth has, rising.
+    /// The requested frames of the take, rising; with a truth, only those that it has.
     frames: Vec<usize>,
 }
 
@@ -242,11 +242,11 @@ fn files(args: &args::Render, kind: Kind, frames: &[usize], steps: usize) -> Vec
     match kind {
         Kind::Each if steps > 1 => (0..steps).map(|step| numbered(&name, step)).collect(),
         Kind::Each => frames.iter().map(|&frame| numbered(&name, frame)).collect(),
-        Kind::Sheet | Kind::Moving(_) => vec![args.output.clone()],
+        Kind::Sheet | Kind::AnimatedImage(_) => vec![args.output.clone()],
     }
 }
 
-/// That no file to write is one that is read.
+/// Checks that no output is an input.
 fn check_files(args: &args::Render, files: &[PathBuf]) -> Result<()> {
     let outputs: Vec<&Path> = files.iter().map(PathBuf::as_path).collect();
     let also_read = [&args.reading.setup, &args.compare, &args.truth_frames, &args.matcap, &args.texture];
@@ -278,16 +278,16 @@ fn wanted<'a>(
     }
 }
 
-/// What pictures become a part of.
+/// The destination of the pictures.
 enum To<'a> {
     Sheet(Sheet),
-    Moving(Moving<&'a mut AtomicFile>),
-    /// Each is a file.
+    AnimatedImage(AnimatedImage<&'a mut AtomicFile>),
+    /// Each picture is a file.
     Each,
 }
 
 impl<'a> To<'a> {
-    /// For so many pictures, `rate` of them a second, in the file `whole` of this `name`, if it is one.
+    /// For this number of pictures, `rate` a second. If they form one file, it is `whole` with this `name`.
     fn new(
         kind: Kind,
         pictures: &Pictures<'_>,
@@ -298,10 +298,10 @@ impl<'a> To<'a> {
     ) -> Result<Self> {
         Ok(match kind {
             Kind::Sheet => Self::Sheet(Sheet::new(count, pictures.size(), &pictures.legends())?),
-            Kind::Moving(format) => {
+            Kind::AnimatedImage(format) => {
                 format.check(pictures.size(), name)?;
-                let moving = Moving::new(format, whole, pictures.size(), count, rate);
-                Self::Moving(moving.map_err(Error::io(name))?)
+                let moving = AnimatedImage::new(format, whole, pictures.size(), count, rate);
+                Self::AnimatedImage(moving.map_err(Error::io(name))?)
             }
             Kind::Each => Self::Each,
         })
@@ -315,16 +315,16 @@ struct Output<'a> {
     to: To<'a>,
     /// Pictures so far.
     done: usize,
-    /// Bytes of those that are a file each.
+    /// Size of the pictures that are files of their own.
     bytes: u64,
 }
 
 impl Output<'_> {
-    /// Adds a picture, below which a sheet has `words`.
+    /// Adds a picture. On a sheet `words` stand below it.
     fn add(&mut self, picture: &Picture, words: &str) -> Result<()> {
         match &mut self.to {
             To::Sheet(sheet) => sheet.add(picture, words),
-            To::Moving(moving) => moving.add(picture).map_err(Error::io(&self.files[0]))?,
+            To::AnimatedImage(moving) => moving.add(picture).map_err(Error::io(&self.files[0]))?,
             To::Each => self.bytes += write(AtomicFile::create(&self.files[self.done])?, picture)?,
         }
         self.done += 1;
@@ -338,7 +338,7 @@ fn spread(frames: usize, count: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |i| (i * (frames - 1) + (count - 1) / 2) / (count - 1).max(1))
 }
 
-/// What the result is put beside.
+/// The shape to put beside the result.
 fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: &Ui) -> Result<Before> {
     let is_later = |stage: StageChoice| stage as usize >= args.stage as usize;
     match before {

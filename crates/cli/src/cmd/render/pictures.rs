@@ -14,38 +14,39 @@ use rhytid::render::{
 use rhytid::{Result, Rig};
 use std::time::Duration;
 
-/// What draws.
+/// Draws the pictures.
 pub(super) struct Pictures<'a> {
     rig: &'a Rig,
     cells: Vec<Cell>,
-    /// What each side is called, written below each cell; `None` where the result is alone.
+    /// The name of each side, written below its cells; `None` if the result is alone.
     words: Option<[String; 3]>,
     renderer: Renderer,
     skin: Option<SkinLook>,
     overlay: Overlay,
-    /// By how much marks are nearer than they are, in mesh units: the chord between two markers runs below the skin.
+    /// How far marks are moved towards the camera, in mesh units. The chord between two markers would
+    /// otherwise run below the skin.
     lift: f32,
-    /// Whose influences are shown.
+    /// The vertex whose influences are shown.
     vertex: Option<usize>,
     page: Offscreen,
     frame: FrameBuffers,
     view: View,
     background: [u8; 4],
-    /// What the picture is of; `None` for a camera that goes around.
+    /// The points that fit into the picture; `None` for a camera that goes around.
     framed: Option<Vec<[f32; 3]>>,
     strains: Option<Strains>,
     gauge: Option<StrainGauge>,
     millimetres: f32,
 }
 
-/// What is drawn of a frame, beside others.
+/// One of the drawings that stand side by side for a frame.
 struct Cell {
     show: Show,
     heat: Option<Heat>,
     side: Side,
 }
 
-/// Whose frame it is.
+/// The source of a cell's frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
     Truth,
@@ -56,7 +57,7 @@ enum Side {
 impl Side {
     const ALL: [Self; 3] = [Self::Truth, Self::Before, Self::Result];
 
-    fn of<'a>(self, frame: &Evaluated<'a>) -> Shape<'a> {
+    fn shape<'a>(self, frame: &Evaluated<'a>) -> Shape<'a> {
         match self {
             Self::Truth => frame.truth,
             Self::Before => frame.before,
@@ -74,7 +75,8 @@ impl Side {
 }
 
 impl<'a> Pictures<'a> {
-    /// Pictures of `size` pixels for each thing to show, drawn by `wgpu`; `before` says what the result is put beside.
+    /// Pictures of `size` pixels for each thing to show, drawn by `wgpu`. `before` is the shape to put beside
+    /// the result.
     pub(super) fn new(
         args: &args::Render,
         rig: &'a Rig,
@@ -139,13 +141,13 @@ impl<'a> Pictures<'a> {
         })
     }
 
-    /// Of what is shown, beside each other.
+    /// The size of all cells side by side.
     pub(super) fn size(&self) -> [u32; 2] {
         let [width, height] = self.page.size();
         [width.saturating_mul(self.cells.len() as u32), height + self.lines() * LINE]
     }
 
-    /// What lighting skin took, where there is any.
+    /// The time of lighting skin, if skin is shown.
     pub(super) fn lighting(&self) -> Option<Duration> {
         self.skin.as_ref().map(|skin| skin.time)
     }
@@ -169,7 +171,7 @@ impl<'a> Pictures<'a> {
         legends
     }
 
-    /// Draws a frame, the camera turned by so many degrees more.
+    /// Draws a frame. The camera is turned by `turned` degrees more.
     pub(super) fn draw(&mut self, frame: &Evaluated<'_>, turned: f32) -> Result<Picture> {
         let [width, height] = self.page.size();
         let view = View { turn: self.view.turn + turned, ..self.view };
@@ -185,7 +187,7 @@ impl<'a> Pictures<'a> {
         };
         let mut picture = Picture::filled(self.size(), self.background);
         for (i, cell) in (0..).zip(&self.cells) {
-            let shape = cell.side.of(frame);
+            let shape = cell.side.shape(frame);
             let numbers = self.numbers(cell, frame);
             let vertices = frame.drawn_from.unwrap_or_else(|| {
                 self.frame.set(shape.positions, shape.normals, &numbers);
@@ -214,7 +216,7 @@ impl<'a> Pictures<'a> {
             })?;
             picture.put(&part, [i * width, 0]);
             if let Some(words) = &self.words {
-                // Of its own, so that long words end where the cell does.
+                // A picture of its own cuts long words at the end of the cell.
                 let mut line = Picture::filled([width, self.lines() * LINE], self.background);
                 for (y, words) in (0..).zip(caption(cell, words, &numbers)) {
                     let top = [width as i32 / 2, 2 + y * LINE as i32];
@@ -226,11 +228,13 @@ impl<'a> Pictures<'a> {
         Ok(picture)
     }
 
-    /// The numbers that a heat map is of, V of them.
+    /// The V numbers of a heat map.
     fn numbers(&self, cell: &Cell, frame: &Evaluated<'_>) -> Vec<f32> {
-        let Shape { positions, .. } = cell.side.of(frame);
+        let Shape { positions, .. } = cell.side.shape(frame);
         match cell.show {
-            Show::Strain => self.strains.as_ref().map(|strains| strains.of(positions)).unwrap_or_default(),
+            Show::Strain => {
+                self.strains.as_ref().map(|strains| strains.measure(positions)).unwrap_or_default()
+            }
             Show::Strain1 | Show::Strain2 => {
                 let mut strains = PrincipalStrains::default();
                 self.gauge.iter().for_each(|gauge| gauge.measure(positions.as_chunks().0, &mut strains));
@@ -244,7 +248,7 @@ impl<'a> Pictures<'a> {
         }
     }
 
-    /// What is over the face.
+    /// The marks to draw over the face.
     fn marks(&self, cell: &Cell, Shape { positions, normals }: Shape<'_>) -> Option<Vec<Mark>> {
         match cell.show {
             Show::Markers => Some(marker_marks(self.rig, positions, cell.heat?)),
@@ -255,7 +259,7 @@ impl<'a> Pictures<'a> {
     }
 }
 
-/// What is written below a cell, given what the truth, what is before and the result are called.
+/// The words below a cell. The first argument gives the names of the truth, the earlier shape and the result.
 fn caption(cell: &Cell, [truth, before, result]: &[String; 3], numbers: &[f32]) -> Vec<String> {
     let side = match cell.side {
         Side::Truth => truth,
@@ -279,7 +283,7 @@ fn caption(cell: &Cell, [truth, before, result]: &[String; 3], numbers: &[f32]) 
     }
 }
 
-/// What is read on a background.
+/// The colour of legible words on a background.
 fn ink([r, g, b, opacity]: [u8; 4]) -> [u8; 3] {
     match [r, g, b].map(u32::from).iter().sum::<u32>() {
         _ if opacity == 0 => [128; 3],

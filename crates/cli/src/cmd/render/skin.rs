@@ -6,12 +6,12 @@ use rhytid::render::{Camera, Lights, Offscreen, Skin, SkinRenderer, Vertices, al
 use rhytid::{Result, Rig};
 use std::time::{Duration, Instant};
 
-/// What draws skin.
+/// Draws skin.
 pub(super) struct SkinLook {
     pub renderer: SkinRenderer,
     lights: Lights,
     wgpu: Wgpu,
-    /// What light and its spreading took.
+    /// Time of light and its spreading.
     pub time: Duration,
 }
 
@@ -39,7 +39,7 @@ impl SkinLook {
         Ok(Self { renderer, lights: args.skin.lights(), wgpu: wgpu.clone(), time: Duration::ZERO })
     }
 
-    /// Lights a frame, and waits until that is done.
+    /// Lights a frame, and waits until it is lit.
     pub(super) fn light(&mut self, vertices: Vertices<'_>, camera: &Camera, aspect: f32) -> Result<()> {
         let begin = Instant::now();
         let device = self.wgpu.device();

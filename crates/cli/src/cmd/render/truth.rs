@@ -11,7 +11,7 @@ use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use std::ops::Range;
 use std::path::Path;
 
-/// Dense meshes, and which frames of the take they are.
+/// Dense meshes, and the frames of the take that they show.
 pub(super) struct Truth {
     meshes: Sequence,
     frames: Vec<usize>,
@@ -22,7 +22,7 @@ pub(super) struct Truth {
 }
 
 impl Truth {
-    /// The truth `path` for a take on a rig, matched as `evaluate` does it.
+    /// The truth in `path` for a take on a rig, matched as in `evaluate`.
     ///
     /// # Errors
     /// As [`Sequence::open`] and [`evaluate::Truth::new`].
@@ -48,7 +48,7 @@ impl Truth {
         Ok(truth)
     }
 
-    /// Those frames of a range that it has, rising.
+    /// The frames of a range that the truth has, rising.
     ///
     /// # Errors
     /// [`Error::Input`] if there is none.
@@ -68,7 +68,7 @@ impl Truth {
         }
     }
 
-    /// What it has for a frame of the take, one of its own, with normals as a rig's frames have them.
+    /// The true shape of one of its frames of the take, with normals computed as a rig's.
     ///
     /// # Errors
     /// As [`Sequence::positions`].

@@ -1,4 +1,4 @@
-//! A small face as files, and what every refused command has in common.
+//! A small face as files, and the checks that every refused command shares.
 #![allow(dead_code, reason = "each test binary uses its own part")]
 
 pub(crate) mod raw;
@@ -174,7 +174,8 @@ impl Fixture {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Runs a command that must be refused: exit code 2, one sentence with all of `words`, `out/` still empty.
+    /// Runs a command that must be refused: exit code 2, one sentence with all of `words`, `out/` still
+    /// empty.
     pub(crate) fn refused(&self, args: &str, words: &[&str]) -> String {
         let output = self.rhytid(args).output().unwrap();
         let sentence = assert_refused(&output, words);
@@ -197,15 +198,16 @@ impl Fixture {
 pub(crate) fn rhytid(args: &str) -> Command {
     let mut command = assert_cmd::cargo::cargo_bin_cmd!("rhytid");
     command.args(args.split_whitespace()).env_remove("RUST_LOG").env_remove("RUST_BACKTRACE");
-    // What `--device auto` remembers: not the user's, and shared by the tests. What drivers have compiled is in one place even
-    // where a test has a cache of its own: without it, to try all devices takes five times as long.
+    // The cache of `--device auto` is shared by the tests and is not the user's. The cache of compiled
+    // drivers is the same even in tests with a cache of their own. Without it, trying all devices takes five
+    // times as long.
     command.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
     command.env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
     command.env("POCL_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/pocl"));
     command
 }
 
-/// A folder with what the smallest demo writes, made once for all tests.
+/// A folder with the files of the smallest demo, made once for all tests.
 pub(crate) fn demo() -> &'static Path {
     static DEMO: OnceLock<TempDir> = OnceLock::new();
     DEMO.get_or_init(|| {
@@ -243,7 +245,7 @@ pub(crate) fn list(dir: &Path) -> Vec<String> {
     names
 }
 
-/// Bytes that look like nothing, the same ones every time.
+/// Bytes without any structure, the same ones every time.
 pub(crate) fn garbage(len: usize) -> Vec<u8> {
     let mut state = 0x2545_f491_4f6c_dd1d_u64;
     let next = || {

@@ -7,14 +7,14 @@ use std::path::PathBuf;
 use std::process::Output;
 use tempfile::TempDir;
 
-/// Of the marker `j` in frame `f`, in millimetres with Z up; `None` where it was not seen.
+/// The position of marker `j` in frame `f`, in millimetres with Z up; `None` where it was not seen.
 pub(crate) type Sample<'a> = &'a dyn Fn(usize, usize, [f64; 3]) -> Option<[f64; 3]>;
 
 pub(crate) fn rig() -> PathBuf {
     demo().join("face.safetensors")
 }
 
-/// What the raw takes are made of.
+/// The true take from which the raw takes are made.
 pub(crate) fn truth() -> Take {
     read(&demo().join("performance.csv"), None, Missing::Error).unwrap()
 }
@@ -29,7 +29,7 @@ pub(crate) struct Raw {
 }
 
 impl Raw {
-    /// The performance, with the head turning and four markers of a cap behind those of the handles.
+    /// The performance with a turning head. The four markers of a cap follow those of the handles.
     pub(crate) fn new() -> Self {
         let take = truth();
         let frames = take.frames();
@@ -71,13 +71,13 @@ impl Raw {
         std::fs::write(self.path("raw.trc"), text).unwrap();
     }
 
-    /// Runs `prepare` on it with these options; `clean.csv` comes out.
+    /// Runs `prepare` on it with these options. The output is `clean.csv`.
     pub(crate) fn prepare(&self, options: &str) -> Output {
         let [raw, out] = ["raw.trc", "clean.csv"].map(|name| self.path(name).display().to_string());
         rhytid(&format!("prepare {raw} --rig {} -o {out} {options}", rig().display())).output().unwrap()
     }
 
-    /// As [`Raw::prepare`], which must succeed: the clean take, what was warned of, and the report.
+    /// As [`Raw::prepare`], which must succeed. Returns the clean take, the warnings and the report.
     pub(crate) fn prepared(&self, options: &str) -> (Take, String, serde_json::Value) {
         let report = self.path("report");
         let output = self.prepare(&format!("{options} --report {}", report.display()));

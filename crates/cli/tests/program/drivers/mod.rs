@@ -1,4 +1,5 @@
-//! Drivers that crash, hang, end the program or compute nothing: none of them ends `rhytid`, and the processor is right.
+//! Drivers that crash, hang, end the program or compute nothing. None of them ends `rhytid`, and the
+//! processor's results are right.
 #![cfg(target_os = "linux")]
 
 use crate::common::{Fixture, stderr};
@@ -37,7 +38,7 @@ impl Driver {
         Self { f, manifest }
     }
 
-    /// Beside the driver that works, and with a memory of its own.
+    /// A command that sees this driver beside the one that works, with a cache of its own.
     fn rhytid(&self, args: &str) -> Command {
         let mut command = self.f.rhytid(args);
         let both = format!("{}:{LAVAPIPE}", self.manifest.display());
@@ -94,14 +95,14 @@ fn a_driver_that_ends_its_process_is_named_and_passed_over() {
         for round in ["first", "second"] {
             let (output, took) = driver.run("animate face.safetensors take.csv -o out/face.usd");
             let said = stderr(&output);
-            assert!(output.status.success() && said.contains("auto takes cpu:0"), "{kind}, {round}: {said}");
+            assert!(output.status.success() && said.contains("device: cpu:0"), "{kind}, {round}: {said}");
             named(&said);
             assert!(said.contains("so it was before") == (round == "second"), "{kind}, {round}: {said}");
             assert!(driver.f.read("out/face.usd") == driver.f.read("expected.usd"), "{kind}, {round}");
             eprintln!("{kind}: animate, {round}, {took:.1?}");
         }
 
-        // As it says, everything works without it; and who asks anew is told anew.
+        // As the message says, everything works without the driver. A new query gets a new answer.
         let output = driver.rhytid("devices").env("VK_LOADER_DRIVERS_DISABLE", "bad.json").output().unwrap();
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
         assert!(said.contains("vulkan:0"), "{kind}: {said}");
@@ -119,7 +120,8 @@ fn a_driver_that_is_asked_for_and_crashes_is_one_sentence() {
     driver.f.assert_nothing_written();
 }
 
-/// What the device may still be using is not freed, and what was uploaded goes to the next device or is given up.
+/// Memory that the device may still be using is not freed. Uploaded data goes to the next device or is given
+/// up.
 #[test]
 fn a_wait_that_fails_frees_nothing() {
     let driver = Driver::new("NEVER_WAITS");
@@ -137,7 +139,7 @@ fn a_wait_that_fails_frees_nothing() {
     }
 }
 
-/// It says that all went well.
+/// A driver that reports success.
 #[test]
 fn a_driver_that_computes_nothing_is_found_out() {
     let driver = Driver::new("IS_SILENT");
@@ -160,6 +162,6 @@ fn a_driver_that_computes_nothing_is_found_out() {
 
     let output = silent(&mut driver.rhytid("animate face.safetensors take.csv -o out/face.usd"));
     let said = stderr(&output);
-    assert!(output.status.success() && said.contains("auto takes cpu:0"), "{said}");
+    assert!(output.status.success() && said.contains("device: cpu:0"), "{said}");
     assert!(driver.f.read("out/face.usd") == driver.f.read("expected.usd"));
 }

@@ -1,4 +1,4 @@
-//! A face that is animated twice: by the program, into files, and by the library.
+//! A face that is animated twice: by the program into files, and by the library.
 
 use super::programs::Frames;
 use rhytid::core::{Backend, RigidMotion, UpAxis, rig_file};
@@ -13,8 +13,8 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::{Mutex, PoisonError};
 
-/// Some frames of a face, as the library evaluates them, and a folder for what the program makes of them: each file once, for
-/// all tests.
+/// Some frames of a face as the library evaluates them, and a folder for the program's files. Each file is
+/// made once for all tests.
 pub(super) struct Animation {
     pub rig: Rig,
     pub frames: Frames,
@@ -22,10 +22,10 @@ pub(super) struct Animation {
     pub positions: Vec<f32>,
     /// frames × 3V.
     pub normals: Vec<f32>,
-    /// The head pose in each frame; `None` where the take does not say.
+    /// The head pose in each frame; `None` if the take has none.
     pub head: Option<Vec<RigidMotion>>,
     dir: PathBuf,
-    /// What is there of the files.
+    /// The files that already exist.
     exported: Mutex<BTreeSet<String>>,
     range: Range<usize>,
 }
@@ -33,7 +33,7 @@ pub(super) struct Animation {
 impl Animation {
     /// Solves the face and evaluates the frames `range` of the take.
     pub(super) fn new(face: &Face, take: &Take, range: Range<usize>) -> Self {
-        // Where the next run's replaces it: what is made for all tests is dropped by none.
+        // A folder that the next run replaces. It serves all tests, so that none of them removes it.
         let dir = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("oracles").join(&face.name);
         let _ = std::fs::remove_dir_all(&dir);
         std::fs::create_dir_all(&dir).unwrap();
@@ -59,7 +59,7 @@ impl Animation {
         animation
     }
 
-    /// A face that hardly moves would agree with any other.
+    /// A face that hardly moves would agree with any other one.
     fn assert_it_moves(&self) {
         let [first, last] =
             [0, self.frames.count - 1].map(|frame| self.metres(frame, self.rig.surface().up_axis));
@@ -67,8 +67,8 @@ impl Animation {
         assert!(moved > 1e-3, "from its first frame to its last the face moves by {moved} m only");
     }
 
-    /// Has the program write a file, on the device that the library evaluates on; returns its path. A file's name stands for its
-    /// options.
+    /// Lets the program write a file on the device that the library uses, and returns its path. A file's name
+    /// stands for its options.
     pub(super) fn export(&self, file: &str, options: &str) -> PathBuf {
         let path = self.dir.join(file);
         let mut exported = self.exported.lock().unwrap_or_else(PoisonError::into_inner);
@@ -82,7 +82,7 @@ impl Animation {
         path
     }
 
-    /// Where the vertices are in the world in a frame, counted from the first: metres, with `up` as the up axis.
+    /// World positions of the vertices in a frame, counted from the first: metres, with `up` as the up axis.
     pub(super) fn metres(&self, frame: usize, up: UpAxis) -> Vec<[f64; 3]> {
         let metres = |p| self.turned(p, up).map(|x| x * self.rig.surface().metres_per_unit);
         self.in_world(&self.positions, frame, 1.0).map(metres).collect()

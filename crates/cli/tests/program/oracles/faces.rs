@@ -9,7 +9,7 @@ use rhytid_test_support::shared;
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// The demo's face as it comes: Y up, in centimetres, a texture coordinate per vertex. Its brows rise.
+/// The demo's face unchanged: Y up, in centimetres, a texture coordinate per vertex. Its brows rise.
 pub(super) fn demo() -> &'static Animation {
     static DEMO: OnceLock<Animation> = OnceLock::new();
     DEMO.get_or_init(|| {
@@ -18,8 +18,8 @@ pub(super) fn demo() -> &'static Animation {
     })
 }
 
-/// The demo's face with Z up, in millimetres, with its texture cut down the middle, where glTF doubles vertices, and on
-/// a head that turns and moves.
+/// The demo's face with Z up and in millimetres, on a head that turns and moves. A cut in its texture runs
+/// down the middle, where glTF doubles vertices.
 pub(super) fn other_axes_and_units() -> &'static Animation {
     static OTHER: OnceLock<Animation> = OnceLock::new();
     OTHER.get_or_init(make_other)
@@ -60,7 +60,7 @@ fn head(frame: f64) -> RigidMotion {
     }
 }
 
-/// Texture coordinates per corner, of which the chosen corners have their own, moved aside.
+/// Texture coordinates per corner. The chosen corners have coordinates of their own, moved aside.
 fn cut(uvs: &Uvs, vertices: &[u32], chosen: &[bool]) -> Uvs {
     let own: Vec<u32> = uvs.corners.clone().unwrap_or_else(|| vertices.to_vec());
     let count = uvs.values.len() as u32;
@@ -69,7 +69,8 @@ fn cut(uvs: &Uvs, vertices: &[u32], chosen: &[bool]) -> Uvs {
     Uvs { values: uvs.values.iter().copied().chain(moved).collect(), corners: Some(corners.collect()) }
 }
 
-/// The real head, where the test data is there: many parts, seams, quads among triangles; the first seconds of its take.
+/// The real head, if the test data is there: many parts, seams, quads among triangles. It has the first
+/// seconds of its take.
 pub(super) fn real_head() -> Option<&'static Animation> {
     static HEAD: OnceLock<Animation> = OnceLock::new();
     let data = shared("data")?;

@@ -1,10 +1,11 @@
-//! What other people's programs show of the files that `animate` writes, compared with the library's own evaluation:
-//! Blender, three.js in a browser, and two versions of USD. And what they find in moving pictures.
+//! What other programs show of the files that `animate` writes, compared with the library's own evaluation.
+//! The programs are Blender, three.js in a browser and two versions of USD. Other tests cover moving
+//! pictures.
 
+#[cfg(feature = "film")]
+mod animated_image;
 mod animation;
 mod faces;
-#[cfg(feature = "film")]
-mod moving;
 mod point_cache;
 mod programs;
 mod strain;
@@ -20,19 +21,19 @@ use std::path::{Path, PathBuf};
 struct Export {
     file: &'static str,
     options: &'static str,
-    /// The largest distance that the file may by itself put between a vertex and its place, in millimetres.
+    /// The largest distance between a vertex and its place that the file itself may cause, in millimetres.
     error: f64,
 }
 
-/// That of a file with every frame, in millimetres: glTF rounds the offsets from the first frame to float32. With what
-/// the programs add it is below a thousandth.
+/// The error of a file with every frame, in millimetres. glTF rounds the offsets from the first frame to
+/// float32. Together with the programs' rounding it is below a thousandth.
 const EXACT: f64 = 5e-4;
 
-/// What the programs add, in millimetres: they compute with float32 coordinates.
+/// The programs' own error, in millimetres: they compute with float32 coordinates.
 const ROUNDING: f64 = 1e-4;
 
-/// How far the programs turn a normal: the times of a glTF file are float32 as well, so that a shade of the next frame
-/// is in each.
+/// How far the programs turn a normal. The times of a glTF file are float32 as well, so each frame contains a
+/// trace of the next one.
 const NORMAL_ROUNDING: f64 = 2e-5;
 
 const EXPORTS: &[Export] = &[
@@ -80,7 +81,7 @@ impl Export {
         !self.is_usd()
     }
 
-    /// USD with a sample of the points in each frame, rather than of the weights of shapes.
+    /// USD with a sample of the points in each frame, rather than weights of shapes.
     fn has_points(&self) -> bool {
         self.is_usd() && !self.options.contains("--shapes")
     }
@@ -101,7 +102,7 @@ impl std::fmt::Display for Export {
     }
 }
 
-/// Exports those of `exports` that `chosen` takes; returns them and their files.
+/// Exports those of `exports` that `chosen` accepts. Returns them and their files.
 fn export<'a>(
     animation: &Animation,
     exports: &'a [Export],
@@ -144,7 +145,7 @@ fn assert_shown(program: &str, export: &Export, animation: &Animation, shown: &S
     assert_eq!(missing, None, "{what}: a vertex is not shown");
 }
 
-/// The original's vertex number of each vertex that is shown; without numbers in the file they are the original's.
+/// The original vertex number of each shown vertex. In a file without numbers they are in the original order.
 fn original(shown: &Shown) -> impl Iterator<Item = usize> + '_ {
     (0..shown.positions[0].len()).map(|i| shown.ids.as_ref().map_or(i, |ids| ids[i] as usize))
 }
@@ -167,8 +168,9 @@ fn check_blender(animation: &Animation, exports: &[Export]) {
     }
 }
 
-/// Asserts that Blender shades every frame with the library's normals, as docs/export.md says of each format: of USD it has them all, of glTF those
-/// of the mesh without its targets, which turn with the skin from there.
+/// Asserts that Blender shades every frame with the normals that docs/export.md describes for each format.
+/// A USD file has the normals of every frame. A glTF file has those of the mesh without its targets, and
+/// Blender turns them with the skin.
 fn assert_shading(export: &Export, animation: &Animation, shown: &Shown) {
     let normals = shown.normals.as_ref().expect("Blender's normals");
     let mut off = Vec::new();
@@ -229,7 +231,7 @@ fn assert_normals(export: &Export, animation: &Animation, shown: &Shown) {
     for (frame, normals) in normals.iter().enumerate() {
         let expected = animation.normals(frame, UpAxis::Y);
         for (v, normal) in original(shown).zip(normals) {
-            // Where there is none, a glTF file has one that means nothing.
+            // A vertex without a normal has a meaningless one in a glTF file.
             if expected[v] != [0.0; 3] {
                 let length = distance(*normal, [0.0; 3]);
                 let error = distance(normal.map(|x| x / length), expected[v]);
@@ -245,7 +247,8 @@ fn assert_normals(export: &Export, animation: &Animation, shown: &Shown) {
     eprintln!("three.js: {}: normals off by {worst:.1e} at most", export.file);
 }
 
-/// Asserts that something stands in front of the background, in many shades; leaves the picture for people to see.
+/// Asserts that something stands in front of the background, in many shades. Leaves the picture for people to
+/// see.
 fn assert_picture(name: &str, png: &[u8]) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("three.js");
     std::fs::create_dir_all(&folder).unwrap();
@@ -284,14 +287,14 @@ fn usd_reads_every_bit(environment: &str, version: [u64; 3]) {
         assert_eq!(all.len(), exports.len());
         for (export, read) in exports.iter().zip(&all) {
             assert_samples(export, animation, read);
-            let twin = exports.iter().position(|e| e.options == export.options).unwrap();
-            let same = all[twin].flattened == read.flattened;
-            assert!(same, "{} and {export} are not the same scene", exports[twin]);
+            let other = exports.iter().position(|e| e.options == export.options).unwrap();
+            let same = all[other].flattened == read.flattened;
+            assert!(same, "{} and {export} are not the same scene", exports[other]);
         }
     }
 }
 
-/// Asserts that what is animated has the bits that the library computes, at the frames' numbers.
+/// Asserts that animated attributes have the bits that the library computes, at the frames' numbers.
 fn assert_samples(export: &Export, animation: &Animation, read: &Read) {
     let Frames { first, count, .. } = animation.frames;
     let codes: Vec<f64> = (first..first + count).map(|code| code as f64).collect();
@@ -317,7 +320,8 @@ fn assert_samples(export: &Export, animation: &Animation, read: &Read) {
     }
 }
 
-/// Asserts that the velocities of all frames but the first and the last lead from the frame before to the one after.
+/// Asserts that velocities lead from the frame before to the frame after. The first and the last frame are
+/// left out.
 fn assert_velocities(export: &Export, animation: &Animation, found: &[u8]) {
     let found: Vec<f64> = found.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x).into()).collect();
     let size = 3 * animation.rig.vertices();
@@ -337,7 +341,7 @@ fn bytes(numbers: &[f32]) -> Vec<u8> {
     numbers.iter().flat_map(|x| x.to_le_bytes()).collect()
 }
 
-/// The bytes of a motion as a matrix of USD's, which multiplies row vectors: the translation is the last row.
+/// The bytes of a motion as a USD matrix, which multiplies row vectors: the translation is the last row.
 fn usd_matrix(motion: &RigidMotion) -> Vec<u8> {
     let columns = motion.matrix();
     (0..4).flat_map(|row| columns.map(|column| column[row])).flat_map(f64::to_le_bytes).collect()

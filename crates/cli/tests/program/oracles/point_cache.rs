@@ -1,4 +1,4 @@
-//! Point caches in Blender, on the neutral as anybody has it: as OBJ.
+//! Point caches in Blender, on the neutral as an OBJ.
 
 use super::{faces, programs};
 use rhytid::core::Mesh;
@@ -19,7 +19,7 @@ fn blender_plays_point_caches_on_the_neutral() {
         mesh::write_obj(&path, &neutral).unwrap();
         let cache = animation.export(&format!("{}.pc2", rig.surface().name), "--head drop");
         let found = programs::blender_point_cache(&path, &cache, &animation.frames);
-        // Blender keeps what it reads.
+        // Blender keeps the numbers that it reads.
         assert!(found == animation.positions, "{}: {} numbers", rig.surface().name, found.len());
     }
 }

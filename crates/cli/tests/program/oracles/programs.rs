@@ -1,4 +1,4 @@
-//! Blender, three.js, Chromium and USD: how each is asked what it makes of files. All files go to one process.
+//! Blender, three.js, Chromium and USD: how each program is asked about files. One process gets all files.
 
 use rhytid_test_support::installed;
 use serde_json::{Value, json};
@@ -13,7 +13,7 @@ pub(super) struct Frames {
     pub rate: f64,
     /// The time code of the files' first frame.
     pub first: usize,
-    /// How many there are.
+    /// The number of frames.
     pub count: usize,
 }
 
@@ -25,11 +25,12 @@ pub(super) struct Shown {
     pub positions: Vec<Vec<[f64; 3]>>,
     /// For each frame the vertices' normals, of any length, if the program was asked and the file has some.
     pub normals: Option<Vec<Vec<[f64; 3]>>>,
-    /// For each frame the strains of the vertices, and that of the area, if the program was asked and the file has some.
+    /// For each frame the two strains of the vertices and the strain of the area, if the program was asked
+    /// and the file has some.
     pub strains: Option<Vec<Vec<[f64; 3]>>>,
-    /// The error of the strains that the file states, if it does and the program was asked.
+    /// The stated error of the file's strains, if the file has one and the program was asked.
     pub stated_strain: Option<f64>,
-    /// The error in millimetres that the file states, if it does and the program was asked.
+    /// The stated error of the file in millimetres, if the file has one and the program was asked.
     pub stated: Option<f64>,
     /// A PNG of the last frame, if the program was asked for it.
     pub picture: Option<Vec<u8>>,
@@ -58,7 +59,7 @@ pub(super) fn three(files: &[PathBuf], frames: &Frames) -> Vec<Shown> {
     shown(&report, frames, out.path())
 }
 
-/// What the USD of an environment under `target/` reads, which must be of `version`.
+/// What the USD of an environment under `target/` reads. Its version must be `version`.
 pub(super) fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Vec<Read> {
     let python = installed(&format!("{environment}/bin/python"));
     let (report, out) = ask(Command::new(python).arg(program("usd.py")), json!({ "files": files }));
@@ -74,7 +75,7 @@ pub(super) fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Ve
     report["files"].as_array().unwrap().iter().enumerate().map(read).collect()
 }
 
-/// Where Blender shows the vertices of a mesh, in its own space, by a point cache: frames × 3V.
+/// Where Blender shows the vertices of a mesh with a point cache, in Blender's own space: frames × 3V.
 pub(super) fn blender_point_cache(mesh: &Path, cache: &Path, frames: &Frames) -> Vec<f32> {
     let python = installed("venv-blender/bin/python");
     let mut job = frames.job(&[]);
@@ -84,14 +85,16 @@ pub(super) fn blender_point_cache(mesh: &Path, cache: &Path, frames: &Frames) ->
     bytes.as_chunks().0.iter().map(|x| f32::from_le_bytes(*x)).collect()
 }
 
-/// What an independent script finds of strains: for each case, how far they are from those of the triangles.
+/// The errors that an independent script finds in strains: for each case, the distance from those of the
+/// triangles.
 pub(super) fn strain(cases: Vec<Value>) -> Vec<Value> {
     let python = installed("venv/bin/python");
     let (report, _out) = ask(Command::new(python).arg(program("strain.py")), json!({ "cases": cases }));
     report.as_array().unwrap().clone()
 }
 
-/// What an independent script finds of wrinkles: for each case, how far activations are from those of the formula.
+/// The errors that an independent script finds in wrinkles: for each case, the distance of activations from
+/// the formula's.
 pub(super) fn wrinkles(cases: Vec<Value>) -> Vec<Value> {
     let python = installed("venv/bin/python");
     let (report, _out) = ask(Command::new(python).arg(program("wrinkles.py")), json!({ "cases": cases }));
@@ -105,7 +108,8 @@ impl Frames {
     }
 }
 
-/// What Chromium finds in moving pictures, so many in each file: the report of `moving.html`.
+/// Chromium's findings in moving pictures, of which each file has a given number: the report of
+/// `moving.html`.
 #[cfg(feature = "film")]
 pub(super) fn chromium(files: &[PathBuf], pictures: usize) -> Value {
     browser("moving.html", json!({ "files": files, "pictures": pictures })).0
@@ -122,8 +126,8 @@ fn program(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/program/oracles").join(name)
 }
 
-/// Runs `command` on a job, which must succeed; returns the JSON in the last line that it prints, and the folder with
-/// what it wrote.
+/// Runs `command` on a job, which must succeed. Returns the JSON in the last line that it prints, and the
+/// folder with its files.
 fn ask(command: &mut Command, mut job: Value) -> (Value, TempDir) {
     let out = TempDir::new().unwrap();
     job["out"] = json!(out.path());

@@ -1,4 +1,4 @@
-//! Principal strains in files, compared with those that a script computes from the triangles by another way.
+//! Principal strains in files, compared with those that a script computes from the triangles in another way.
 
 use super::animation::Animation;
 use super::programs::Shown;
@@ -6,7 +6,7 @@ use super::{faces, original, programs};
 use serde_json::{Value, json};
 use std::path::Path;
 
-/// Strains that are computed in 64 bits on both sides and stored in 32.
+/// Both sides compute strains in 64 bits and store them in 32.
 const ROUNDING: f64 = 1e-6;
 
 /// The sine of the largest angle between directions.
@@ -20,7 +20,7 @@ fn triangles(animation: &Animation, folder: &Path) -> Value {
     json!(path)
 }
 
-/// Asserts that what the script found is no farther off than that, and that there was something to find.
+/// Asserts that the script's errors are at most `within`, and that it had something to compare.
 fn assert_found(what: &str, animation: &Animation, found: &Value, within: f64) {
     let number = |name: &str| found[name].as_f64().unwrap();
     let (largest, worst, direction) = (number("largest"), number("worst"), number("worst_direction"));
@@ -51,14 +51,15 @@ fn usd_has_the_strains_of_the_triangles() {
     }
 }
 
-/// The first two of what is shown of each of the original's vertices, in every frame. A vertex of no face, which a glTF file has too, is at 0.
+/// The first two shown strains of each of the original's vertices, in every frame. A vertex of no face, which
+/// a glTF file has too, is at 0.
 fn shown_strains(animation: &Animation, shown: &Shown) -> Vec<f64> {
     let vertices = animation.rig.vertices();
     let mut strains = vec![0.0; animation.frames.count * vertices * 2];
     for (frame, of_frame) in shown.strains.as_ref().expect("strains").iter().enumerate() {
         for (v, &[first, second, area]) in original(shown).zip(of_frame) {
             let expected = (1.0 + first) * (1.0 + second) - 1.0;
-            // What is fitted to few targets is so for each number by itself.
+            // Strains that are fitted to few targets have an error of their own for each number.
             assert!(
                 shown.stated_strain.is_some() || (area - expected).abs() < 1e-5,
                 "{area}, expected {expected}"
@@ -98,7 +99,7 @@ fn three_js_has_the_strains_of_the_triangles() {
         let found = programs::strain(cases.collect());
         for (((file, options), shown), found) in exports.iter().zip(&all).zip(&found) {
             let what = format!("three.js, {} as {file} {options}", animation.rig.surface().name);
-            // Frames are at times of 32 bits, so that a shade of the next one is in each.
+            // Frame times have 32 bits, so that each frame contains a trace of the next one.
             assert_eq!(
                 shown.stated_strain.is_some(),
                 options.contains("--compressed") || options.contains("--shapes")

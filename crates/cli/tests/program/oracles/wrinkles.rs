@@ -1,10 +1,12 @@
-//! Wrinkle activations in files, compared with those that a script computes from the rig file and the take by another way.
+//! Wrinkle activations in files, compared with those that a script computes in another way from the rig file
+//! and the take.
 
 use super::animation::Animation;
 use super::{faces, programs};
 use serde_json::{Value, json};
 
-/// Activations that are computed in 64 bits on both sides, of systems as badly conditioned as their ridge allows, and stored in 32.
+/// Both sides compute activations in 64 bits and store them in 32. The systems are as badly conditioned as
+/// their ridge allows.
 const ROUNDING: f64 = 1e-6;
 
 /// Groups of an animation's examples: the first two, and the third; the others are in none.

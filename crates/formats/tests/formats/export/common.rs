@@ -1,4 +1,4 @@
-//! What both formats promise, and the programs that the tests call.
+//! The promises of both formats, and the programs that the tests call.
 use crate::animation::{Animation, UvKind, animation};
 use rhytid_core::channel::{self, Channel};
 use rhytid_core::{ChannelKind, Error, NoProgress};
@@ -136,14 +136,14 @@ fn scenes_that_make_no_sense_are_refused() {
     }
 }
 
-/// What has no place is not left out in silence.
+/// A channel without a place in the format is an error; it is not left out silently.
 #[test]
 fn channels_without_a_place_are_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mut made = animation(UvKind::None, 1, 6);
     for (name, is_usd) in [("face.usd", true), ("face.glb", false), ("face.pc2", false)] {
         let path = folder.path().join(name);
-        let format = Format::of(&path).unwrap();
+        let format = Format::from_extension(&path).unwrap();
         for kind in ChannelKind::ALL {
             made.with_normals = kind == ChannelKind::Normals;
             let of_frame = |channel: Channel| {

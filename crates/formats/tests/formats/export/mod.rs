@@ -1,5 +1,5 @@
-//! What all exporters promise, and USD read back by its own library. (glTF is read back in `tests/formats/gltf`.)
-//! The programs come from `cargo xtask setup`.
+//! What all exporters promise, and USD read back by its own library. (glTF is read back in
+//! `tests/formats/gltf`.) The programs come from `cargo xtask setup`.
 
 mod common;
 mod usd;

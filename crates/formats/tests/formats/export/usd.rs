@@ -34,8 +34,8 @@ const EXTREMES: [f32; 22] = [
     -ROUNDED_TWICE,
 ];
 
-/// Every number of `animation` becomes an extreme or random bits. (The normals have no length of 1 then, which
-/// USD does not mind.)
+/// Every number of `animation` becomes an extreme or random bits. (The normals have no length of 1 then,
+/// which USD does not mind.)
 fn with_extreme_numbers(mut animation: Animation, seed: u64) -> Animation {
     let mut random = Random(seed);
     let mut extremes = EXTREMES.iter().cycle();

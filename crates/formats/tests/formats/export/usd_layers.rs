@@ -8,7 +8,7 @@ use rhytid_formats::usd::write::{Encoding, LayerWriter, Sample};
 use std::path::Path;
 use std::process::Command;
 
-/// Lengths around those from which arrays are compressed.
+/// Lengths around the limits at which arrays are compressed.
 const LENGTHS: [u64; 8] = [0, 1, 3, 15, 16, 17, 100, 3000];
 
 const TEXTS: [&str; 8] =

@@ -5,8 +5,8 @@ use rhytid_core::{Channel, ChannelKind, RigidMotion, UpAxis};
 use rhytid_formats::export::{Options, Written};
 use std::path::Path;
 
-/// The sheet of [`animation::animation`], with a wave that runs over it while it shakes a little: what few targets can
-/// show.
+/// The sheet of [`animation::animation`], with a wave that runs over it while it shakes a little. Few targets
+/// can show it.
 pub(super) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
     let mut animation = animation::animation(uvs, frames, seed);
     let mut random = Random(!seed);
@@ -88,7 +88,7 @@ pub(super) fn cases() -> Vec<Case> {
         for (u, uvs) in
             [UvKind::None, UvKind::PerVertex, UvKind::PerCorner, UvKind::Tiled].into_iter().enumerate()
         {
-            // Both kinds of file turn up with everything, and a take of one frame now and then.
+            // Every choice occurs with both kinds of file, and sometimes with a take of one frame.
             let extension = if (bits + u) % 2 == 0 { "glb" } else { "gltf" };
             let frames = if (bits * 4 + u) % 11 == 10 { 1 } else { 5 };
             let mut animation = animation(uvs, frames, 100 + bits as u64);

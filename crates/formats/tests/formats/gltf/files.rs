@@ -1,4 +1,4 @@
-//! The files as such.
+//! The files and their names.
 
 use super::cases::{animation, cases};
 use super::tools::{bin_beside, unfold};

@@ -1,4 +1,4 @@
-//! What is refused, and what the message advises.
+//! Refused exports, and the advice in the messages.
 
 use super::cases::animation;
 use super::tools::{input_error, refused};

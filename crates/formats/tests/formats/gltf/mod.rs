@@ -1,6 +1,6 @@
-//! glTF out, read back by others: Khronos' validator, three.js' decoder of compressed buffers and, for the numbers
-//! themselves, the `gltf` crate and plain arithmetic in `f64`. And in again, by the reader that `rhytid verify` uses.
-//! The programs come from `cargo xtask setup`.
+//! glTF out, read back by others: Khronos' validator, three.js' decoder of compressed buffers and, for the
+//! numbers themselves, the `gltf` crate and plain arithmetic in `f64`. And in again, by the reader that
+//! `rhytid verify` uses. The programs come from `cargo xtask setup`.
 
 mod cases;
 mod damaged;

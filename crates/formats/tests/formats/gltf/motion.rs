@@ -54,7 +54,7 @@ fn every_vertex_is_within_the_stated_distance_in_every_frame() {
         }
         let rms = (sum / (animation.rest.len() * animation.frames.len()) as f64).sqrt();
         assert!(worst <= error.worst, "{label}: {worst}, stated {error:?}");
-        // What a reader's 32-bit arithmetic may add is part of the statement.
+        // The stated error includes the rounding of a reader's 32-bit arithmetic.
         let rounding = 3.0_f64.sqrt() * 8.0 * 12.0 * f64::from(f32::EPSILON);
         assert!((rms - error.rms).abs() < rounding, "{label}: rms {rms}, stated {error:?}");
         let bound = match (options.max_error, options.quantize) {

@@ -1,4 +1,4 @@
-//! Our own reader gives back what was written.
+//! Rhytid's own reader returns the same frames that were written.
 
 use super::cases::{Case, cases};
 use rhytid_core::ChannelKind;
@@ -36,7 +36,7 @@ fn what_was_written_is_read() {
         let stated = written.error.unwrap().worst;
         assert!((summary.stated_error.unwrap() - stated).abs() <= 1e-9 * stated, "{label}");
         let fitted = options.max_error.is_some();
-        let format = Format::of(&path).unwrap();
+        let format = Format::from_extension(&path).unwrap();
         let stored = format.stored(&animation.channels(), fitted);
         let names = |channels: &[Channel]| {
             let mut names: Vec<_> = channels.iter().map(|channel| channel.name.clone()).collect();
@@ -44,7 +44,7 @@ fn what_was_written_is_read() {
             names
         };
         assert_eq!(names(&summary.channels[1..]), names(&stored), "{label}");
-        // What the file states of an attribute is of all that is in it.
+        // The file states the error of an attribute over all channels in it.
         let mut squares: Vec<(Channel, f64)> = stored
             .iter()
             .filter(|channel| channel.name != "normals")

@@ -15,8 +15,8 @@ fn node_folder() -> PathBuf {
     folder
 }
 
-/// Runs a script of this folder. It gets the folder of npm's packages, then `files`, and prints a line of JSON for
-/// each.
+/// Runs a script of this folder. It gets the folder of npm's packages, then `files`, and prints a line of
+/// JSON for each.
 pub(super) fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/gltf").join(script);
     let mut lines = Vec::new();
@@ -32,8 +32,8 @@ pub(super) fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
     lines
 }
 
-/// Undoes the compression of `files` by three.js' decoder: plain GLB files beside them, whose binary parts are what the
-/// compressed parts unfold to.
+/// Undoes the compression of `files` by three.js' decoder: plain GLB files beside them, whose binary parts
+/// are what the compressed parts unfold to.
 pub(super) fn unfold(files: &[PathBuf]) -> Vec<PathBuf> {
     node("unfold.mjs", files).iter().map(|line| line["unfolded"].as_str().unwrap().into()).collect()
 }

@@ -7,8 +7,9 @@ use rhytid_formats::export::Options;
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// Texture coordinates without a texture are meant for one that is given later. One of the sheet's vertices has no face.
-/// The validator does not know the compression: what it cannot see is looked at unfolded.
+/// Some notes of the validator are expected. Texture coordinates without a texture are meant for a later one.
+/// One of the sheet's vertices has no face. The validator does not know the compression, so it also checks
+/// the decompressed files.
 const HARMLESS: [&str; 6] = [
     "UNUSED_OBJECT /meshes/0/primitives/0/attributes/TEXCOORD_0",
     "UNUSED_OBJECT /meshes/0/primitives/0/attributes/_VERTEX_ID",
@@ -59,8 +60,8 @@ fn khronos_validator_would_find_something() {
     let path = folder.path().join("face.glb");
     animation(UvKind::None, 2, 28).export_with(&path, &Options::default()).unwrap();
     let mut bytes = std::fs::read(&path).unwrap();
-    // Behind the targets come two times, two places and two ones. Before them, the last number is the z of the last
-    // target's last normal; and 34 normals earlier is one of its positions, whose bounds are told.
+    // Behind the targets come two times, two places and two ones. Before them, the last number is the z of
+    // the last target's last normal; and 34 normals earlier is one of its positions, whose bounds are told.
     let end = bytes.len() - 24;
     bytes[end - 4..end].copy_from_slice(&f32::NAN.to_le_bytes());
     bytes[end - 34 * 12 - 4..end - 34 * 12].copy_from_slice(&1e3_f32.to_le_bytes());

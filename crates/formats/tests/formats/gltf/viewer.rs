@@ -122,7 +122,7 @@ pub(super) fn transform(matrix: &Matrix, [x, y, z]: Vector) -> Vector {
     std::array::from_fn(|i| matrix[0][i] * x + matrix[1][i] * y + matrix[2][i] * z + matrix[3][i])
 }
 
-/// What an accessor's numbers stand for, whatever they are stored as.
+/// The values of an accessor's numbers, for every way of storing them.
 fn numbers<const N: usize>(accessor: &Accessor<'_>, bin: &[u8]) -> Vec<[f64; N]> {
     let expected = [Dimensions::Scalar, Dimensions::Vec2, Dimensions::Vec3, Dimensions::Vec4][N - 1];
     assert_eq!(accessor.dimensions(), expected);

@@ -1,4 +1,4 @@
-//! Whatever the bytes are: an input error, or a mesh that passes `check`. Never a panic.
+//! Any bytes give an input error or a mesh that passes `check`. A reader never panics.
 
 use proptest::prelude::*;
 use rhytid_core::Error;

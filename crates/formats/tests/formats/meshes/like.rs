@@ -46,7 +46,7 @@ fn faces_in_another_order_turned_or_cut_in_another_way_are_the_same_surface() {
         format!("{second}{first}"),
         "f 2 3 1\nf 4 3 1\n".to_owned(),
         "f 1 2 3 4\n".to_owned(),
-        // What is not there moves no vertex.
+        // A missing face moves no vertex.
         first.to_owned(),
     ] {
         assert_eq!(like(&format!("{vertices}{faces}")).unwrap().len(), 4, "{faces}");

@@ -211,8 +211,9 @@ fn put(out: &mut Vec<u8>, encoding: usize, kind: usize, x: f64) {
     out.append(&mut bytes);
 }
 
-/// A PLY with an unknown list and scalar among the vertices' properties, in encoding 0 (ASCII), 1 (little) or
-/// 2 (big endian) and with the types `kinds` for coordinates, list lengths and indices.
+/// A PLY with an unknown list and an unknown scalar among the properties of the vertices. The encoding is 0
+/// (ASCII), 1 (little endian) or 2 (big endian). `kinds` are the types of coordinates, list lengths and
+/// indices.
 fn write(
     encoding: usize,
     long_names: bool,

@@ -31,7 +31,7 @@ pub(super) fn corner_uvs(mesh: &Mesh) -> Vec<[f32; 2]> {
     of_corner.iter().map(|&i| uvs.values[i as usize]).collect()
 }
 
-/// What was warned of while `bytes` were read.
+/// The warnings while `bytes` were read.
 pub(super) fn decode_with_warnings(bytes: &[u8], format: Format, name: &str) -> (Mesh, Vec<String>) {
     let logged = Logged::start();
     let mesh = decode(bytes, format, name).unwrap();

@@ -30,7 +30,7 @@ pub(super) struct C3d {
     pub tail: Option<usize>,
 }
 
-/// What differs from what the rest of the trial says.
+/// The values that differ from the rest of the trial.
 #[derive(Clone, Default)]
 pub(super) struct Header {
     pub points: Option<u16>,
@@ -203,8 +203,8 @@ impl C3d {
     }
 }
 
-/// A made-up trial: all coordinates are multiples of 1/16 within ±2000; the second marker is missing from the fourth frame
-/// and filled in the fifth.
+/// A made-up trial: all coordinates are multiples of 1/16 within ±2000; the second marker is missing from the
+/// fourth frame and filled in the fifth.
 pub(super) fn trial(points: usize, frames: usize) -> C3d {
     let position = |i: usize, j: usize| {
         let (i, j) = (i as f32, j as f32);

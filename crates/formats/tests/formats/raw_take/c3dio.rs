@@ -1,5 +1,5 @@
-//! c3dio, which shares no code with this reader or with ezc3d, reads what the tests write as this reader does: in all six
-//! encodings, and so in SGI's, which ezc3d does not know.
+//! c3dio reads the files that the tests write as this reader does, in all six encodings. c3dio shares no code
+//! with this reader or with ezc3d, and also knows the encodings of SGI, which ezc3d does not.
 use super::c3d_writer::{C3d, PROCESSORS, trial};
 use super::{is_missing, read};
 use rhytid_core::RawTake;
@@ -18,7 +18,7 @@ fn c3dio_reads_what_the_tests_write_as_this_reader_does() {
             for (i, position) in take.positions.iter().enumerate() {
                 let point = oracle.points.points.get(i / 7, i % 7).unwrap();
                 assert_eq!(is_missing(position), point.residual < 0.0, "{name}: {i}");
-                // It multiplies by the step in single precision.
+                // c3dio multiplies by the step in single precision.
                 let near = |(a, b): (&f64, &f32)| (a - f64::from(*b)).abs() <= 1e-7 * a.abs();
                 assert!(is_missing(position) || position.iter().zip(&point.point).all(near), "{name}: {i}");
                 assert_eq!(confidence[i] == RawTake::FILLED, point.residual == 0.0, "{name}: {i}");

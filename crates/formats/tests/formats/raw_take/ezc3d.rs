@@ -1,5 +1,5 @@
-//! ezc3d as the oracle, both ways: what it writes is read number for number, and it reads what the tests' writer writes
-//! as this reader does.
+//! ezc3d as the oracle in both directions. This reader reads the files of ezc3d number for number, and ezc3d
+//! reads the files of the tests' writer as this reader does.
 use super::c3d_writer::{C3d, PROCESSORS, Value, trial};
 use super::{is_missing, read};
 use rhytid_core::{RawTake, Take};

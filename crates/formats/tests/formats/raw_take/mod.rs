@@ -1,4 +1,5 @@
-//! The readers of capture files: against files that the tests write, against ezc3d, and against each other on a real take.
+//! The readers of capture files: against files that the tests write, against ezc3d, and against each other on
+//! a real take.
 mod c3d;
 mod c3d_torture;
 mod c3d_writer;

@@ -1,5 +1,5 @@
-//! Parts put together, as USD's own library plays them, in its oldest and newest tested version, and as we read them.
-//! The programs come from `cargo xtask setup`.
+//! Parts put together, as USD's own library plays them, in its oldest and newest tested version, and as we
+//! read them. The programs come from `cargo xtask setup`.
 
 use crate::animation::{Animation, UvKind, with_everything};
 use rhytid_core::{Channel, ChannelKind, Error, Remedy, UpAxis};

@@ -1,4 +1,4 @@
-//! Whatever the bytes, there is a layer or a sentence.
+//! Any bytes give a layer or an error message.
 use super::make;
 use crate::animation::{Random, UvKind, with_everything};
 use rhytid_core::Error;

@@ -71,7 +71,8 @@ fn few_bytes_do_not_become_many() {
     assert!(message.contains("far larger together than a file of its size can hold"), "{message}");
 }
 
-/// One long list, which all prims name, of things to be taken away: nothing is kept of it, and yet it would be read for each.
+/// One long list, which all prims name, of things to be taken away: nothing is kept of it, and yet it would
+/// be read for each.
 #[test]
 fn lists_that_are_passed_over_are_counted() {
     let listed = |i: usize| Prim {

@@ -1,5 +1,5 @@
-//! USD files read back: those of USD's own library as it reads them, our own bit for bit, damaged ones without harm.
-//! The programs come from `cargo xtask setup`.
+//! USD files read back: those of USD's own library as it reads them, our own bit for bit, damaged ones
+//! without harm. The programs come from `cargo xtask setup`.
 
 mod damaged;
 mod foreign;

@@ -60,7 +60,8 @@ fn what_is_exported_is_read_back() {
     }
 }
 
-/// What this program never writes and others may: numbers of faces, and numbers that are the same in all frames.
+/// Rhytid never writes these, and other programs may: numbers of faces, and numbers that are the same in all
+/// frames.
 #[test]
 fn channels_of_any_kind_are_read_back() {
     use rhytid_core::channel::{Interpolation, Timing};

@@ -28,12 +28,12 @@ fn examples_that_move_no_handle() {
     let words = ["example twitch moves no handle", "lost or shows at rest too"];
     finds(&face, Severity::Warning, "example-at-rest", &words);
 
-    // It does show at rest: half of it, since the rest pose and the example share their mean.
+    // Half of the detail shows at rest, because the rest pose and the example share their mean.
     let rig = solved(&face);
     let mut detail = [0.0; 3];
     for center in 0..rig.centers() {
         let strains = rig.fine_scale().pose_features.row(center);
-        let squares = rig.influences().of(17).map(|(edge, alpha)| {
+        let squares = rig.influences().at(17).map(|(edge, alpha)| {
             let strain = strains[edge.index()];
             alpha * strain * strain
         });
@@ -49,7 +49,7 @@ fn examples_that_move_no_handle() {
 fn vertices_in_another_order() {
     let mut mesh = Mesh::default();
     add_sheet(&mut mesh, 15, 15, [0.0; 3]);
-    // The same surface, its vertices in the order of another export.
+    // The same surface with its vertices in the order of another export.
     let shuffled = (0..225).map(|v| mesh.positions[(67 * v) % 225]).collect();
     let examples = vec![Example { name: "smile".into(), positions: shuffled, mirror: false }];
     let face = Face { neutral: mesh, examples, ..face() };

@@ -21,7 +21,7 @@ fn handles_that_snapped_to_another_piece() {
     });
     let words = ["2 handles are each on another connected component", "lid (vertex 27), lash (vertex 31)"];
     finds(&face, Severity::Warning, code, &words);
-    // A piece with enough handles of its own is meant so.
+    // A piece with enough handles of its own is no fault.
     let face = with(|f| {
         add_piece(f, 3, 2, [40.0, 0.0, 0.0]);
         f.handles.labels.extend(["l0".into(), "l1".into()]);
@@ -32,7 +32,7 @@ fn handles_that_snapped_to_another_piece() {
 
 #[test]
 fn a_handle_that_nobody_sees() {
-    // A sheet bent around to a pipe with a lid at its far end, and a handle in it.
+    // A sheet that is bent to a pipe with a lid at its far end. A handle is inside.
     let mut mesh = Mesh::default();
     let sides = 12;
     for ring in 0..6 {
@@ -77,7 +77,7 @@ fn a_handle_that_nobody_sees() {
 
 #[test]
 fn a_strain_edge_across_an_opening() {
-    // A strip bent to a ring that is not closed: its ends are near, the way along it is long.
+    // A strip that is bent to an open ring. Its ends are near each other, but far along the strip.
     let face = with(|f| {
         for positions in [&mut f.neutral.positions, &mut f.examples[0].positions] {
             for x in positions.iter_mut() {

@@ -1,9 +1,10 @@
-//! What cannot be solved, and is refused.
+//! Faces that cannot be solved and are refused.
 
 use super::*;
 use rhytid_core::{Faces, HandleId, VertexId};
 
-/// Asserts that `change` makes the solve impossible, by this one error, which `solve` gives in the same words.
+/// Asserts that `change` makes the solve impossible, with exactly this error. `solve` gives it in the same
+/// words.
 #[track_caller]
 fn refuses(code: &str, words: &[&str], change: impl FnOnce(&mut Face)) {
     let face = with(change);
@@ -73,7 +74,7 @@ fn handles_that_cannot_be() {
     refuses("duplicate-handle", &["handles b and d are both vertex 4"], |f| {
         f.handles.vertices[3] = VertexId(4);
     });
-    // The same line twice is said once.
+    // The same line twice is reported once.
     refuses("duplicate-handle", &["handle b is listed twice"], |f| {
         f.handles.labels[3] = "b".into();
         f.handles.vertices[3] = VertexId(4);
@@ -116,7 +117,7 @@ fn strain_edges_that_cannot_be() {
         f.settings.strain_edges = given(&[[0, 1], [2, 3]]);
         f.neutral.positions[4] = f.neutral.positions[0];
     });
-    // What is wrong with the handles is not said of their strain edges as well.
+    // A fault of the handles is not reported for their strain edges too.
     refuses("handles", &["0 labels and 5 vertices"], |f| {
         f.settings.strain_edges = given(&[[1, 1]]);
         f.handles.labels.clear();
@@ -141,8 +142,10 @@ fn every_error_is_told_and_the_first_one_stops_the_solve() {
 }
 
 prop_compose! {
-    /// Faces with all sorts of faults: points on a coarse grid, so that many coincide or are on a line, and
-    /// polygons and handles that may name any of them, or none.
+    /// Faces with all sorts of faults.
+    ///
+    /// Points are on a coarse grid, so many coincide or are on a line. Polygons and handles may name any
+    /// points, or none.
     fn any_face()(
         points in prop::collection::vec(prop::array::uniform3(-2i8..3), 1..14),
         polygons in prop::collection::vec(prop::collection::vec(0u32..14, 2..7), 0..12),
@@ -199,7 +202,7 @@ proptest! {
         let first = report.findings.first().filter(|_| report.has_errors());
         match (solve(&face, &NoProgress), first) {
             (Err(Error::Input(said)), Some(finding)) => prop_assert_eq!(said.sentence(), &*finding.message),
-            // Only such triangles that float64 cannot tell from flat ones.
+            // Only triangles that float64 cannot tell from flat ones.
             (Err(Error::Input(said)), None) => prop_assert!(said.sentence().contains("run the doctor"), "{said}"),
             (Ok(rig), None) => {
                 rig.rounded().map_err(|e| TestCaseError::fail(e.to_string()))?;

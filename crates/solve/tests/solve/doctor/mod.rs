@@ -1,4 +1,4 @@
-//! What the mesh doctor says of faces that are broken on purpose, one way at a time.
+//! The findings of the mesh doctor for faces that are broken on purpose, in one way at a time.
 
 mod examples;
 mod handles;
@@ -40,7 +40,7 @@ fn solved(face: &Face) -> Rig<f64> {
     solve(face, &NoProgress).expect("a face without errors can be solved")
 }
 
-/// Asserts that the doctor finds exactly this and nothing else, says each of `words`, and that the face can be
+/// Asserts that the doctor finds exactly this, that the message has each of `words`, and that the face can be
 /// solved.
 #[track_caller]
 fn finds(face: &Face, severity: Severity, code: &str, words: &[&str]) {

@@ -47,7 +47,7 @@ fn the_largest_components_are_named_first() {
 
 #[test]
 fn triangles_without_area() {
-    // Three vertices of a row, and one vertex twice: neither is blamed a second time for its edges.
+    // Three vertices of a row, and one vertex twice. The edges of neither are reported as well.
     let face = with(|f| f.neutral.faces.push(&[6, 7, 8]));
     finds(&face, Severity::Warning, "degenerate-triangles", &["1 triangle has no area, in face 17;"]);
     let face = with(|f| {
@@ -114,7 +114,7 @@ fn vertices_of_no_face() {
     assert!(pulled, "a handle without skin pulls nothing");
 }
 
-/// The corner of two quads moves onto the line between its neighbours, but for a part of the way.
+/// The corner of two quads moves almost onto the line between its neighbours.
 #[test]
 fn triangles_that_are_almost_lines() {
     let thin = |part: f64| {
@@ -168,7 +168,7 @@ fn cut_sheet() -> Face {
                 face.iter_mut().filter(|v| **v % SIDE == 2).for_each(|v| *v = 25 + *v / SIDE);
             }
         }
-        // Minus zero is where zero is.
+        // Minus zero is the same place as zero.
         f.neutral.positions[25][1] = -0.0;
     })
 }
@@ -180,7 +180,7 @@ fn seams_that_cut_the_skin() {
         ["5 boundary vertices lie exactly on another one", "25 on 2, 26 on 7, 27 on 12,", "merge them"];
     finds(&face, Severity::Warning, "coincident-boundary-vertices", &words);
 
-    // Without a handle the two halves stay together: nothing to say of the seam.
+    // Without a handle the two halves stay together, so the seam is not reported.
     let sheet = face.neutral.positions.len();
     add_piece(&mut face, SIDE, SIDE, [100.0, 0.0, 0.0]);
     face.handles.vertices = face.handles.vertices.iter().map(|v| VertexId(v.0 + sheet as u32)).collect();

@@ -4,7 +4,7 @@ use super::processor::Processor;
 /// The bytes of a block.
 pub(super) const BLOCK: usize = 512;
 
-/// What the header says. All of it stands in the parameters too, and need not be the same.
+/// The content of the header. The parameters state all of it too, and need not agree.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Header {
     pub(super) points: u16,
@@ -44,8 +44,8 @@ impl Header {
         }
     }
 
-    /// How many frames the frames' numbers make; `None` where the last comes before the first, as numbers do that
-    /// outgrew their 16 bits.
+    /// The number of frames by the first and the last frame number. `None` if the last comes before the
+    /// first, which happens when numbers outgrow 16 bits.
     pub(super) fn frames(&self) -> Option<u32> {
         (u32::from(self.last) + 1).checked_sub(u32::from(self.first))
     }

@@ -1,7 +1,7 @@
 //! The place of the points in a C3D file, and their number.
 //!
-//! Header and parameters say it twice, and real files have the one or the other wrong. What is said is a claim; of all
-//! combinations of claims the first one is taken that the file's size bears out.
+//! Header and parameters both state them, and in real files either may be wrong. So each statement is a
+//! claim. The first combination of claims that fits the size of the file is taken.
 use super::header::{BLOCK, Header};
 use super::parameters::Parameters;
 use rhytid_core::{Error, Result};
@@ -23,7 +23,7 @@ pub(super) struct Layout {
     pub(super) promised: u64,
 }
 
-/// What a coordinate is stored as.
+/// The storage of a coordinate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Storage {
     /// 16 bits each, times `scale`.
@@ -60,11 +60,11 @@ impl Layout {
         self.points * self.storage.point_bytes() + self.analog * self.storage.number_bytes()
     }
 
-    /// How well the file's `bytes` bear out what is claimed.
+    /// How well the file's `bytes` fit the claim.
     fn fit(&self, bytes: usize) -> Fit {
         let available = (bytes - self.start) as u64;
         match available.checked_sub(self.promised.saturating_mul(self.frame_bytes() as u64)) {
-            // The last block is filled up, as a rule.
+            // The last block is usually padded.
             Some(rest) if rest < BLOCK as u64 => Fit::Exact,
             Some(_) => Fit::Inside,
             None => Fit::Beyond,
@@ -84,7 +84,7 @@ struct Claims<T>(Vec<(T, &'static str)>);
 
 impl<T: Copy + PartialEq + fmt::Display> Claims<T> {
     /// Those that are given, each value once.
-    fn of<const N: usize>(given: [(Option<T>, &'static str); N]) -> Self {
+    fn new<const N: usize>(given: [(Option<T>, &'static str); N]) -> Self {
         let mut claims: Vec<(T, &'static str)> = Vec::with_capacity(N);
         for (value, place) in given {
             if let Some(value) = value.filter(|value| claims.iter().all(|(other, _)| other != value)) {
@@ -126,12 +126,12 @@ pub(super) fn find(
 ) -> Result<Layout> {
     let bytes = file.len();
     let starts = starts(bytes, header, parameters, section_end)?;
-    let points = Claims::of([
+    let points = Claims::new([
         (parameters.number("POINT", "USED").and_then(whole), "POINT:USED"),
         (Some(usize::from(header.points)), "the header"),
     ]);
     let scale = |scale: Option<f64>| scale.filter(|scale| scale.is_finite() && *scale != 0.0).map(storage);
-    let storages = Claims::of([
+    let storages = Claims::new([
         (scale(parameters.number("POINT", "SCALE")), "POINT:SCALE"),
         (scale(Some(header.scale)), "the header"),
     ]);
@@ -178,7 +178,7 @@ pub(super) fn find(
     }
     let mut there = (bytes - layout.start) / layout.frame_bytes();
     if layout.promised == WORD && there as u64 > WORD {
-        // What fills the last block is no frame.
+        // The padding of the last block is no frame.
         let frames = file[layout.start..].chunks_exact(layout.frame_bytes());
         there -= frames.rev().take_while(|frame| frame.iter().all(|byte| *byte == 0)).count();
         warnings.push(format!(
@@ -220,12 +220,12 @@ fn starts(
         let byte = (block as usize).saturating_sub(1).saturating_mul(BLOCK);
         (byte >= section_end).then_some(byte)
     };
-    let mut claims = Claims::of([
+    let mut claims = Claims::new([
         (byte(f64::from(header.data_block)), "the header"),
         (parameters.number("POINT", "DATA_START").and_then(byte), "POINT:DATA_START"),
     ]);
     if claims.0.is_empty() {
-        claims = Claims::of([(Some(section_end), "the end of the parameters")]);
+        claims = Claims::new([(Some(section_end), "the end of the parameters")]);
     }
     let first = claims.values().min().unwrap_or(section_end);
     claims.0.retain(|(start, _)| *start <= bytes);
@@ -246,7 +246,8 @@ fn storage(scale: f64) -> Storage {
     if scale < 0.0 { Storage::Float } else { Storage::Integer { scale } }
 }
 
-/// The analog measurements in a frame: as the header has them, or the channels times their measurements in a frame.
+/// The analog measurements in a frame: as the header has them, or the channels times their measurements in a
+/// frame.
 fn analogs(header: &Header, parameters: &Parameters<'_>, rate: Option<f64>) -> Claims<usize> {
     let used = parameters.number("ANALOG", "USED").and_then(whole);
     let by_rate = parameters
@@ -256,7 +257,7 @@ fn analogs(header: &Header, parameters: &Parameters<'_>, rate: Option<f64>) -> C
         .and_then(whole)
         .filter(|&samples| samples > 0);
     let channels = |samples: usize| used.map(|used| used * samples);
-    Claims::of([
+    Claims::new([
         (Some(usize::from(header.analog)), "the header"),
         (channels(usize::from(header.analog_samples)), "ANALOG:USED and the header"),
         (by_rate.and_then(channels), "ANALOG:USED and ANALOG:RATE"),
@@ -268,7 +269,7 @@ fn frames(header: &Header, parameters: &Parameters<'_>) -> Claims<u64> {
         .count("TRIAL", "ACTUAL_START_FIELD")
         .zip(parameters.count("TRIAL", "ACTUAL_END_FIELD"))
         .and_then(|(first, last)| (u64::from(last) + 1).checked_sub(u64::from(first)));
-    Claims::of([
+    Claims::new([
         (trial, "TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD"),
         (parameters.count("POINT", "LONG_FRAMES").map(u64::from), "POINT:LONG_FRAMES"),
         (parameters.count("POINT", "FRAMES").map(u64::from), "POINT:FRAMES"),

@@ -1,10 +1,14 @@
-//! C3D, the binary format that every optical capture system writes: a header block, a section of named parameters, and
-//! frames of points, each followed by the frame's analog measurements. Blocks have 512 bytes and count from 1.
+//! C3D, the binary format that every optical capture system writes. A file has a header block, a section of
+//! named parameters, and frames. A frame has points and then analog measurements. Blocks have 512 bytes and
+//! count from 1.
 //!
-//! The library c3dio (0.8) reads all six encodings, and the tests compare with it. It is not used here because of what it does
-//! with files that are not as they should be, as real ones are not: it refuses one without POINT:UNITS or with two frame
-//! rates, leaves out LABELS2 and LABELS3 while it keeps their points, takes the header's word for the number of frames and
-//! gives none where that is wrong, and says nothing of a file that was cut.
+//! The library c3dio (0.8) reads all six encodings, and the tests compare with it. This module does not use
+//! it, because real files break the rules and c3dio handles such files badly:
+//!
+//! - It refuses files without POINT:UNITS or with two frame rates.
+//! - It ignores LABELS2 and LABELS3 while it keeps their points.
+//! - It trusts the header's number of frames, and returns no frames if the number is wrong.
+//! - It says nothing about a file that was cut.
 mod header;
 mod layout;
 mod parameters;
@@ -22,8 +26,9 @@ pub(super) const MARK: u8 = 0x50;
 
 /// Reads the points of a file of either storage and from any of the three processors.
 ///
-/// A residual below 0 and coordinates that are no numbers mean that a point is missing; a residual of 0 and no camera, that
-/// it was filled, unless no point of the file has either: that is what a writer leaves who knows no residuals.
+/// A residual below 0, or coordinates that are not numbers, mean that a point is missing. A residual of 0
+/// without a camera means that the point was filled. But if no point of the file has a residual or a camera,
+/// the writer knew no residuals, and no point counts as filled.
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -78,11 +83,11 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
     Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })
 }
 
-/// What comes before the points.
+/// The parts of a file before the points.
 struct Sections<'a> {
     header: Header,
     parameters: Parameters<'a>,
-    /// The byte at which the parameters end, by their own account.
+    /// The byte at which the parameters end, by their own report.
     end: usize,
 }
 
@@ -116,7 +121,7 @@ fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<
         ))
     };
     let preface: &[u8; 4] = bytes.get(start..).and_then(|section| section.first_chunk()).ok_or_else(cut)?;
-    let processor = Processor::of(preface[3]).unwrap_or_else(|| {
+    let processor = Processor::from_code(preface[3]).unwrap_or_else(|| {
         warnings.push(format!("the processor's code is {}, expected 84, 85 or 86; 84 is taken", preface[3]));
         Processor::Intel
     });
@@ -125,7 +130,8 @@ fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<
     if end > bytes.len() {
         return Err(cut());
     }
-    // A section of more than 255 blocks cannot say its length; then the points' place bounds it.
+    // The length of a section of more than 255 blocks cannot be stated. Then the place of the points bounds
+    // it.
     let bound = end.max(usize::from(header.data_block).saturating_sub(1) * BLOCK).min(bytes.len());
     let parameters = Parameters::read(&bytes[start + 4..bound], processor);
     if parameters.is_damaged {
@@ -134,7 +140,7 @@ fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<
     Ok(Sections { header, parameters, end })
 }
 
-/// The frames per second that the file gives, where they make sense, the more trusted first.
+/// The frames per second that the file states, if they make sense, the more trusted first.
 fn said_rate(header: &Header, parameters: &Parameters<'_>) -> Vec<(f64, &'static str)> {
     [
         (parameters.number("POINT", "RATE"), "POINT:RATE"),

@@ -1,7 +1,7 @@
 //! The parameter section of a C3D file: named arrays in named groups.
 //!
-//! Each entry says where the next one begins, and only that is followed: real files leave out the description that
-//! should end an entry, or its length byte.
+//! Each entry states where the next one begins, and the reader follows only that. Real files leave out the
+//! description that should end an entry, or its length byte.
 use super::processor::Processor;
 
 /// The parameters of a file, as they lie in it. An entry takes a few words of memory more than its bytes.
@@ -61,13 +61,14 @@ impl<'a> Parameters<'a> {
                 None => return out,
             }
         }
-        // A section may be filled to its end, with no mark of it.
+        // A section may be full, without a mark of its end.
         out.is_damaged = at > section.len() || at + 2 <= section.len();
         out
     }
 
-    /// All numbers of a parameter, in the file's order; none where there is no such parameter, or it holds letters.
-    /// Words are taken without sign, since what counts frames, points and blocks outgrew the sign.
+    /// All numbers of a parameter, in the order of the file; none if there is no such parameter or it holds
+    /// letters. Words are read without sign, because numbers of frames, points and blocks have outgrown the
+    /// sign.
     pub(super) fn numbers(&self, group: &str, name: &str) -> Vec<f64> {
         let Some(parameter) = self.find(group, name) else { return Vec::new() };
         let data = parameter.data;
@@ -123,7 +124,7 @@ impl<'a> Parameter<'a> {
             _ => return None,
         };
         let (dimensions, rest) = rest.split_at_checked(usize::from(rank))?;
-        // No more than the file has, whatever the dimensions say.
+        // No more than the file has, even if the dimensions say more.
         let data = dimensions.iter().try_fold(size, |bytes: usize, &n| bytes.checked_mul(usize::from(n)));
         let data = &rest[..data.unwrap_or(usize::MAX).min(rest.len())];
         Some(Self { group, name, kind, dimensions, data })

@@ -4,7 +4,7 @@ use super::processor::Processor;
 use rayon::prelude::*;
 use rhytid_core::RawTake;
 
-/// Frames × M positions and, where the file says which were filled, their confidence.
+/// Frames × M positions. If the file says which were filled, also their confidence.
 pub(super) struct Points {
     pub(super) positions: Vec<[f64; 3]>,
     pub(super) confidence: Option<Vec<f32>>,
@@ -27,7 +27,7 @@ pub(super) fn read(bytes: &[u8], layout: &Layout, processor: Processor) -> Point
         Seen::Missing => RawTake::MISSING,
         Seen::Filled(position) | Seen::Measured(position) => position,
     };
-    // A file in which nothing was measured is one whose writer knew nothing of residuals, and left them at zero.
+    // If no point was measured, the writer knew nothing of residuals and left them at zero.
     let any = |wanted: fn(&Seen) -> bool| frames.clone().any(|frame| points(frame).any(|seen| wanted(&seen)));
     let tells = any(|seen| matches!(seen, Seen::Measured(_))) && any(|seen| matches!(seen, Seen::Filled(_)));
     let confidence = |seen| if matches!(seen, Seen::Filled(_)) { RawTake::FILLED } else { 1.0 };
@@ -68,9 +68,9 @@ fn numbers<const N: usize>(point: &[u8], number: impl Fn([u8; N]) -> f64) -> [f6
     std::array::from_fn(|i| words.get(i).map_or(f64::NAN, |&word| number(word)))
 }
 
-/// The fourth number is below zero for a point that was not seen. Otherwise one of its bytes is the residual and the other
-/// tells the cameras that saw the point; writers do not agree on which is which, and all leave both at zero for a point that
-/// was filled.
+/// The fourth number is below zero for a point that was not seen. Otherwise one of its bytes is the residual,
+/// and the other tells the cameras that saw the point. Writers do not agree on which byte is which. All
+/// writers leave both at zero for a point that was filled.
 fn seen(position: [f64; 3], fourth: f64) -> Seen {
     let is_position = position.iter().all(|x| x.abs() <= f64::from(f32::MAX));
     if !is_position || fourth < 0.0 {

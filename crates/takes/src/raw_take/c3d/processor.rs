@@ -13,7 +13,7 @@ pub(super) enum Processor {
 
 impl Processor {
     /// By the code in the parameter section's fourth byte.
-    pub(super) fn of(code: u8) -> Option<Self> {
+    pub(super) fn from_code(code: u8) -> Option<Self> {
         match code {
             84 => Some(Self::Intel),
             85 => Some(Self::Dec),
@@ -30,7 +30,8 @@ impl Processor {
         }
     }
 
-    /// A 32-bit float. VAX floats go beyond `f32`'s range by no more than `f64` holds; their reserved operand is NaN.
+    /// A 32-bit float. VAX floats go beyond `f32`'s range by no more than `f64` holds; their reserved operand
+    /// is NaN.
     pub(super) fn float(self, bytes: [u8; 4]) -> f64 {
         match self {
             Self::Intel => f64::from(f32::from_le_bytes(bytes)),
@@ -40,7 +41,8 @@ impl Processor {
     }
 }
 
-/// VAX F: two little-endian words, the high one first; the exponent is biased by 128 and the mantissa lies in [0.5, 1).
+/// VAX F: two little-endian words, the high one first; the exponent is biased by 128 and the mantissa lies in
+/// [0.5, 1).
 fn vax_float([b0, b1, b2, b3]: [u8; 4]) -> f64 {
     let bits = u32::from_be_bytes([b1, b0, b3, b2]);
     let negative = bits >> 31 != 0;
@@ -60,7 +62,8 @@ mod tests {
     #[test]
     fn numbers_of_each_processor() {
         assert_eq!([Intel, Dec, Sgi].map(|p| p.word([0x01, 0x80])), [0x8001, 0x8001, 0x0180]);
-        // From the VAX architecture's handbook: 1 is 4080 hexadecimal in the first word, −1 is C080, 0.5 is 4000.
+        // From the VAX architecture's handbook: 1 is 4080 hexadecimal in the first word, −1 is C080, 0.5 is
+        // 4000.
         assert_eq!(Dec.float([0x80, 0x40, 0, 0]), 1.0);
         assert_eq!(Dec.float([0x80, 0xC0, 0, 0]), -1.0);
         assert_eq!(Dec.float([0x00, 0x40, 0, 0]), 0.5);

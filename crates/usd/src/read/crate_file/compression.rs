@@ -3,8 +3,10 @@
 /// The most bytes that one byte of an LZ4 block can stand for.
 const LZ4_MOST: usize = 255;
 
-/// Undoes USD's compression: a byte with the number of chunks, then the chunks, each an LZ4 block after its length;
-/// with 0 for a single block without a length. `None` if it is damaged or longer than `most`.
+/// Undoes USD's compression; `None` if the bytes are damaged or longer than `most`.
+///
+/// The first byte is the number of chunks. Each chunk is an LZ4 block after its length. With 0 chunks, a
+/// single block without a length follows.
 pub(super) fn decompress(bytes: &[u8], most: usize) -> Option<Vec<u8>> {
     let most = most.min(bytes.len().saturating_mul(LZ4_MOST));
     let (&chunks, mut rest) = bytes.split_first()?;
@@ -23,8 +25,11 @@ pub(super) fn decompress(bytes: &[u8], most: usize) -> Option<Vec<u8>> {
     Some(out)
 }
 
-/// `count` integers: the most common difference to the one before, two bits for each integer (0: that difference;
-/// 1, 2, 3: one of 1, 2, 4 bytes), then these differences. `None` if damaged.
+/// Decodes `count` integers; `None` if they are damaged.
+///
+/// First comes the most common difference of an integer to the one before. Then two bits for each integer
+/// tell the size of its difference: 0 is the common difference, and 1, 2 and 3 are 1, 2 and 4 bytes. These
+/// differences come last.
 pub(super) fn integers(bytes: &[u8], count: usize) -> Option<Vec<i32>> {
     let codes_len = count.div_ceil(4);
     // Each is there or not before anything is allocated for it.

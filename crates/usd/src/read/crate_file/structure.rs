@@ -1,4 +1,4 @@
-//! The six sections that say what is where in a crate file.
+//! The six sections that describe the contents of a crate file.
 
 use super::super::budget::Budget;
 use super::super::source::Source;
@@ -185,9 +185,12 @@ impl<'a> Sections<'a> {
         Ok(specs.map(spec).collect())
     }
 
-    /// The tree of paths, depth first. Each entry names its path, its last element (negative for a property) and how
-    /// to go on: −2 ends a branch, −1 has children only, 0 has a sibling only, which follows, and otherwise the
-    /// children follow and the sibling is that many entries further.
+    /// The tree of paths, depth first. Each entry has three numbers: its path, its last element (negative for
+    /// a property) and a jump.
+    ///
+    /// The jump −2 ends a branch. −1 means that the entry has children only, which come next. 0 means that it
+    /// has a sibling only, which comes next. A jump above 0 means both: the children come next, and the
+    /// sibling is that many entries further.
     fn paths(&mut self) -> Result<Vec<Option<Node>>> {
         let (mut cursor, count) = self.section("PATHS", "section PATHS", 48)?;
         let entries = cursor.u64()?;
@@ -208,7 +211,7 @@ impl<'a> Sections<'a> {
             let node = nodes
                 .get_mut(index as u32 as usize)
                 .ok_or_else(|| fault("names a path that is not there"))?;
-            // Also what keeps this from going in circles: no path is visited twice.
+            // This check also prevents cycles: no path is visited twice.
             if node.is_some() {
                 return Err(fault("names a path that another one names"));
             }

@@ -140,8 +140,8 @@ impl Reader {
         Ok(fields)
     }
 
-    /// What a list operation puts in: its explicit, added, prepended and appended items, all of them numbers of four
-    /// bytes.
+    /// The items that a list operation puts in: its explicit, added, prepended and appended items, all of
+    /// them numbers of four bytes.
     pub(super) fn list_op(&mut self, rep: ValueRep) -> Result<Vec<u32>> {
         let mut cursor = self.cursor(rep);
         let [parts] = cursor.array()?;
@@ -151,7 +151,7 @@ impl Reader {
             let mut cursor = Cursor::new(&mut self.source, at, "a list operation");
             let count = cursor.u64()?;
             at = cursor.at();
-            // Also for what is only passed over: many fields may name one list.
+            // Lists that are only skipped count too, because many fields may name one list.
             self.spend(count.saturating_mul(4))?;
             let mut cursor = Cursor::new(&mut self.source, at, "a list operation");
             let listed = cursor.elements(count)?;
@@ -355,7 +355,8 @@ impl Reader {
     }
 }
 
-/// The parts of a list operation in their order in the file: explicit, added, prepended, appended, deleted, ordered.
+/// The parts of a list operation in their order in the file: explicit, added, prepended, appended, deleted,
+/// ordered.
 const LIST_OP_PARTS: [u8; 6] = [1 << 1, 1 << 2, 1 << 5, 1 << 6, 1 << 3, 1 << 4];
 /// Explicit, added, prepended and appended.
 const LIST_OP_PUTS_IN: u8 = 1 << 1 | 1 << 2 | 1 << 5 | 1 << 6;

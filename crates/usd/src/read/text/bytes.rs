@@ -6,7 +6,7 @@ use rhytid_core::{Error, InputErrorKind, Result};
 /// Bytes kept in memory at a time.
 const BUFFER: usize = 1 << 18;
 
-/// A text file read forward through a buffer. It can be put back to a place that was passed.
+/// A text file read forward through a buffer. Reading can go back to a place that was passed.
 pub(super) struct Bytes {
     source: Source,
     buffer: Vec<u8>,

@@ -6,7 +6,8 @@ use rhytid_core::{Error, InputErrorKind, Result};
 /// The longest word, string or path.
 const LONGEST: usize = 1 << 20;
 
-/// Reads words and marks one after the other. Space, comments and line ends separate and are otherwise ignored.
+/// Reads words and marks one after the other. Space, comments and line ends separate and are otherwise
+/// ignored.
 pub(super) struct Lexer {
     bytes: Bytes,
     /// The word being read.
@@ -342,8 +343,8 @@ impl Lexer {
         }
     }
 
-    /// Passes numbers and tuples of them quickly, up to behind the last whole one in memory. Brackets are balanced
-    /// there.
+    /// Passes numbers and tuples of them quickly, up to behind the last whole one in memory. Brackets are
+    /// balanced there.
     fn skip_numbers(&mut self) -> Result<()> {
         /// Lists of matrices are this deep.
         const DEEPEST: u32 = 3;

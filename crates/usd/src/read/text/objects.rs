@@ -130,8 +130,8 @@ impl Parser {
         Ok(fields)
     }
 
-    /// A property whose first word was read. It may add to one of the `properties` that came before, which are found
-    /// by their `places`, as `.timeSamples` does.
+    /// A property whose first word was read. It may add to one of the `properties` that came before, which
+    /// are found by their `places`, as `.timeSamples` does.
     fn property(
         &mut self,
         first: String,
@@ -188,7 +188,7 @@ impl Parser {
             type_name.push_str("[]");
         }
         let name = self.lexer.word("the name of an attribute")?;
-        // Names have no points; what follows one says what of the attribute is set.
+        // Names have no points. The text behind a point says which part of the attribute is set.
         let (name, part) = name.split_once('.').unwrap_or((&name, ""));
         let mut attribute = Attribute {
             name: name.to_owned(),

@@ -7,7 +7,8 @@ use rhytid_core::Result;
 /// How deep dictionaries may be within dictionaries.
 const MOST_NESTED: usize = 32;
 
-/// A value of the type that USD calls `type_name`; `None` if [`Value`] has no such type, or the value is `None`.
+/// A value of the type that USD calls `type_name`; `None` if [`Value`] has no such type, or the value is
+/// `None`.
 pub(super) fn value(lexer: &mut Lexer, type_name: &str) -> Result<Option<Value>> {
     nested_value(lexer, type_name, 0)
 }
@@ -47,8 +48,8 @@ fn nested_value(lexer: &mut Lexer, type_name: &str, depth: usize) -> Result<Opti
     }))
 }
 
-/// Metadata, whose type is not said: USD knows it by the name. Those that are known here are taken by it, all others
-/// by how they look; what does not look like any is left out.
+/// Metadata, whose type the text does not state: USD knows it by the name. Known names give the type, and all
+/// others are read by the form of the value. A value of no known form is left out.
 pub(super) fn metadata(lexer: &mut Lexer, name: &str) -> Result<Option<Value>> {
     let type_name = match name {
         "defaultPrim" | "upAxis" | "kind" | "interpolation" | "colorSpace" => "token",

@@ -9,9 +9,9 @@ const BLOCK: usize = 1 << 20;
 /// Blocks that go round: one is filled while the others are written.
 const BLOCKS: usize = 4;
 
-/// Writes on a thread of its own, so that the next values are examined meanwhile. Memory is that of a few blocks.
+/// Writes on a thread of its own, while the next values are examined. It keeps a few blocks in memory.
 pub(super) struct BackgroundWriter<W> {
-    /// What has not been handed over.
+    /// Bytes that have not been handed over.
     block: Vec<u8>,
     /// Where full blocks go and empty ones come from; `None` once the thread was told to end.
     blocks: Option<Filler<Vec<u8>>>,
@@ -50,7 +50,7 @@ impl<W: Write + Send + 'static> BackgroundWriter<W> {
         }
     }
 
-    /// Waits until all is written, and gives back where to.
+    /// Waits until everything is written, and returns the output.
     pub(super) fn finish(mut self) -> io::Result<W> {
         let block = std::mem::take(&mut self.block);
         self.hand_over(block)?;
@@ -71,7 +71,7 @@ impl<W: Write + Send + 'static> BackgroundWriter<W> {
 }
 
 impl<W> BackgroundWriter<W> {
-    /// Tells the thread to end, and what it ended with, once.
+    /// Tells the thread to end, once, and returns its result.
     fn end(&mut self) -> Option<io::Result<W>> {
         self.blocks = None;
         Some(self.thread.take()?.join().unwrap_or_else(|_| Err(ended())))
@@ -79,7 +79,7 @@ impl<W> BackgroundWriter<W> {
 }
 
 impl<W> Drop for BackgroundWriter<W> {
-    /// Whoever drops it finds the file closed.
+    /// After the drop, the file is closed.
     fn drop(&mut self) {
         self.end();
     }

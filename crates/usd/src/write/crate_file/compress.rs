@@ -3,7 +3,8 @@
 /// The largest input of one LZ4 block.
 const BLOCK: usize = 0x7e00_0000;
 
-/// `bytes` as USD frames LZ4: a zero and one block; or the number of blocks, and each with its size before it.
+/// `bytes` as USD frames LZ4: a zero and a single block, or the number of blocks and each block after its
+/// size.
 ///
 /// At most 127 blocks, 252 GiB, can be told; the tables and index arrays that come here are far smaller.
 pub(super) fn compress(bytes: &[u8]) -> Vec<u8> {
@@ -27,11 +28,11 @@ fn append_block(out: &mut Vec<u8>, block: &[u8]) {
     out.extend(lz4_flex::block::compress(block));
 }
 
-/// The size of the compressed integers in bytes, and those.
+/// The size of the compressed integers in bytes, followed by the compressed integers.
 ///
-/// Each integer is the sum of the differences up to it. First the commonest difference, then two bits for each
-/// integer that say whether its difference is that one or has 8, 16 or 32 bits, then the differences that are not
-/// the commonest; LZ4 over it all.
+/// Each integer is the sum of the differences up to it. First comes the most common difference. Then two bits
+/// for each integer say whether its difference is the common one or has 8, 16 or 32 bits. The other
+/// differences come last. All of it is compressed with LZ4.
 pub(super) fn compress_integers(integers: impl ExactSizeIterator<Item = i32>) -> Vec<u8> {
     let mut before = 0_i32;
     let differences: Vec<i32> = integers.map(|x| x.wrapping_sub(std::mem::replace(&mut before, x))).collect();
@@ -59,7 +60,7 @@ pub(super) fn compress_integers(integers: impl ExactSizeIterator<Item = i32>) ->
     out
 }
 
-/// The number that is there most often, the smallest of several; 0 if there is none.
+/// The most frequent number, the smallest of several; 0 if there is none.
 fn commonest(numbers: &[i32]) -> i32 {
     let mut sorted = numbers.to_vec();
     sorted.sort_unstable();

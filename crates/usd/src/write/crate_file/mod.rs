@@ -1,8 +1,9 @@
-//! Binary USD, in version 0.8.0 of the crate format: the one that USD itself writes where nothing asks for more, and
-//! that all programs in use read.
+//! Binary USD, in version 0.8.0 of the crate format. USD itself writes this version by default, and all
+//! programs in use read it.
 //!
-//! A header, the values, six tables and the tables' places. Values go to the file as they come; of each, 8 bytes
-//! stay in memory, and 32 more to know it again, since a value that is there already is not written a second time.
+//! A file has a header, the values, six tables and the places of the tables. Values go to the file as they
+//! come. For each value, 8 bytes stay in memory. Another 32 bytes identify it, because an equal value is not
+//! written a second time.
 mod background_writer;
 mod compress;
 mod tables;
@@ -20,7 +21,7 @@ use values::Values;
 
 const HEADER_SIZE: usize = 88;
 
-/// The numbers that the format gives the kinds of what is described.
+/// The numbers of the format for the kinds of objects.
 #[derive(Clone, Copy)]
 enum SpecKind {
     Attribute = 1,
@@ -83,7 +84,7 @@ impl<W: Write + Seek + Send + 'static> CrateWriter<W> {
         Ok(())
     }
 
-    /// Writes the tables, and returns where it all went and how many bytes it is.
+    /// Writes the tables, and returns the output and its size in bytes.
     pub(crate) fn finish(mut self) -> io::Result<(W, u64)> {
         for sampled in std::mem::take(&mut self.sampled) {
             let rep = self.values.time_samples(&sampled.times, &sampled.values)?;

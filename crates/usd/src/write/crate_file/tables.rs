@@ -1,4 +1,4 @@
-//! The tables of what a crate file refers to by number: tokens, strings and paths, each there once.
+//! The tables of the things that a crate file refers to by number: tokens, strings and paths, each once.
 use std::collections::HashMap;
 
 /// Tokens, and the strings, which are numbered apart and stand for tokens.
@@ -12,7 +12,8 @@ pub(super) struct Words {
 }
 
 impl Words {
-    /// The number of a token. Zero ends a token in the file, so that it cannot be part of one; it becomes U+FFFD.
+    /// The number of a token. Zero ends a token in the file, so that it cannot be part of one; it becomes
+    /// U+FFFD.
     pub(super) fn token(&mut self, text: &str) -> u32 {
         if let Some(&number) = self.number_of_token.get(text) {
             return number;
@@ -39,8 +40,8 @@ impl Words {
 
 /// A tree of paths. Path 0 is the root.
 pub(super) struct Paths {
-    /// For each path, what it adds to its parent: the token of a prim, or that of a property, negated; `None` for
-    /// the empty path, which is not in the tree.
+    /// For each path, the element that it adds to its parent: the token of a prim, or the negated token of a
+    /// property. `None` for the empty path, which is not in the tree.
     elements: Vec<Option<i32>>,
     children: Vec<Vec<u32>>,
     number_of: HashMap<(u32, i32), u32>,
@@ -54,8 +55,8 @@ pub(super) struct Tree {
     pub(super) paths: Vec<i32>,
     /// What it adds to its parent.
     pub(super) elements: Vec<i32>,
-    /// -2: no child and no sibling follows; -1: a child; 0: a sibling; else a child, and the sibling that many places
-    /// further.
+    /// -2: no child and no sibling follows; -1: a child; 0: a sibling; otherwise a child follows, and the
+    /// sibling is that many places further.
     pub(super) jumps: Vec<i32>,
 }
 
@@ -72,7 +73,8 @@ impl Paths {
         self.child(parent, name as i32)
     }
 
-    /// The property that is called by the token `name`, of `prim`. Token 0 cannot be negated and must not be one.
+    /// The property that is called by the token `name`, of `prim`. Token 0 cannot be negated and must not be
+    /// one.
     pub(super) fn property(&mut self, prim: u32, name: u32) -> u32 {
         self.child(prim, -(name as i32))
     }

@@ -1,5 +1,5 @@
-//! The crate format's representation of a value in 8 bytes: its type, a few flags, and either the value itself or where
-//! in the file it stands.
+//! The crate format's representation of a value in 8 bytes: its type, a few flags, and either the value
+//! itself or where in the file it stands.
 
 /// The types by their numbers in the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -68,7 +68,8 @@ impl ValueRep {
         (f64::from(short).to_bits() == x.to_bits()).then(|| Self::inlined(Type::Double, short.to_bits()))
     }
 
-    /// A matrix, if it is short enough to stand for itself: whole numbers of 8 bits on the diagonal, and zeros.
+    /// A matrix, if it is short enough to stand for itself: whole numbers of 8 bits on the diagonal, and
+    /// zeros.
     pub(super) fn inlined_matrix(rows: &[[f64; 4]; 4]) -> Option<Self> {
         let mut diagonal = [0_i8; 4];
         for (i, row) in rows.iter().enumerate() {

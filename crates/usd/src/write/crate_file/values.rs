@@ -23,7 +23,7 @@ pub(super) struct Values<W> {
     pub(super) position: u64,
     pub(super) words: Words,
     pub(super) paths: Paths,
-    /// What is in the file already, by the hash of its representation and bytes.
+    /// The values that are in the file already, by the hash of their representation and bytes.
     seen: HashMap<[u8; 32], ValueRep>,
 }
 
@@ -37,7 +37,8 @@ impl<W: Write + Send + 'static> Values<W> {
         Ok(Self { out, position, words, paths: Paths::new(), seen: HashMap::new() })
     }
 
-    /// The representation of a value, which is written unless it is there already or stands for itself.
+    /// The representation of a value. The value is written unless it is in the file already or is its own
+    /// representation.
     pub(super) fn value(&mut self, value: &Value) -> io::Result<ValueRep> {
         match value {
             Value::Bool(x) => Ok(ValueRep::inlined(Type::Bool, u32::from(*x))),
@@ -158,7 +159,8 @@ impl<W: Write + Send + 'static> Values<W> {
         self.array(ValueRep::compressed_array(Type::Int), numbers.len(), &bytes)
     }
 
-    /// Whole numbers are stored as integers; few different ones as a list of them and an index for each.
+    /// Whole numbers are stored as integers. A few different numbers are stored as a list of them and an
+    /// index for each.
     fn floats(&mut self, numbers: &[f32]) -> io::Result<ValueRep> {
         let compressed = ValueRep::compressed_array(Type::Float);
         if numbers.len() >= COMPRESSED_FROM {

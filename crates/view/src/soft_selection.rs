@@ -1,36 +1,39 @@
-//! What a marker that is dragged takes with it.
+//! The soft selection: the markers that follow a dragged one.
 
 use glam::Vec3;
 use rhytid_core::Rig;
 use rhytid_geometry::dijkstra::shortest_ways;
 use rhytid_render::Sphere;
 
-/// How handles follow those that are dragged: along the strain edges, and mirrored.
+/// How handles follow dragged ones: along the strain edges, and mirrored.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Pull {
-    /// For each handle those that it shares a strain edge with, and how far they are at rest.
+pub struct SoftSelection {
+    /// For each handle, the handles that share a strain edge with it, and their distances at rest.
     neighbours: Vec<Vec<(usize, f32)>>,
-    /// For each handle the one that stands where its mirror image does, itself in the middle; `None` where there is none.
+    /// For each handle, the handle at its mirror image. A handle in the middle has itself. `None` where there
+    /// is none.
     mirrored: Vec<Option<usize>>,
 }
 
-/// How it is dragged.
+/// A drag of handles.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drag<'a> {
-    /// Which handles.
+    /// The dragged handles.
     pub grabbed: &'a [usize],
-    /// By how much, in mesh units.
+    /// The offset, in mesh units.
     pub by: [f32; 3],
-    /// How far along strain edges others follow, in mesh units: half at somewhat less than half of it, nothing beyond. 0 for none.
+    /// The reach of the soft selection along strain edges, in mesh units. The weight is 0.56 at half of the
+    /// reach, and 0 beyond the reach. With 0 no other handle follows.
     pub reach: f32,
-    /// Whether the other side of the face does the same in the mirror.
+    /// Whether the other side of the face moves too, mirrored.
     pub mirrored: bool,
-    /// H: which stay where they are.
+    /// H: the handles that stay where they are.
     pub pinned: &'a [bool],
 }
 
-impl Pull {
-    /// For the handles of `rig`. A face is mirrored at a plane x = c: the one of x = 0 and the handles' middle that fits them better.
+impl SoftSelection {
+    /// For the handles of `rig`. A face is mirrored at a plane x = c. Candidates are x = 0 and the middle of
+    /// the handles: the one that fits the handles better is chosen.
     pub fn new(rig: &Rig) -> Self {
         let rest = &rig.handles().rest;
         let mut neighbours = vec![Vec::new(); rest.len()];
@@ -44,17 +47,17 @@ impl Pull {
         Self { neighbours, mirrored }
     }
 
-    /// The handle that stands where the mirror image of `handle` does.
+    /// The handle at the mirror image of `handle`.
     pub fn mirror_of(&self, handle: usize) -> Option<usize> {
         self.mirrored[handle]
     }
 
-    /// Which handles are in the mirror of these.
+    /// The handles at the mirror images of these.
     pub fn mirror_of_all(&self, handles: &[usize]) -> Vec<usize> {
         handles.iter().filter_map(|&handle| self.mirrored[handle]).collect()
     }
 
-    /// H vectors: by how much each handle moves, in mesh units. Those that are grabbed move by all of it.
+    /// H vectors: the move of each handle, in mesh units. Grabbed handles make the whole move.
     pub fn drag(&self, drag: Drag<'_>) -> Vec<[f32; 3]> {
         let mut weights = self.weights(drag.grabbed, drag.reach);
         let mut others = vec![0.0; weights.len()];
@@ -62,14 +65,14 @@ impl Pull {
             others = self.weights(&self.mirror_of_all(drag.grabbed), drag.reach);
         }
         for (handle, &pinned) in drag.pinned.iter().enumerate() {
-            // What is grabbed by hand is moved, pinned or not.
+            // A grabbed handle moves even if it is pinned.
             if pinned && !drag.grabbed.contains(&handle) {
                 (weights[handle], others[handle]) = (0.0, 0.0);
             }
         }
         let [x, y, z] = drag.by;
         let moved = |(w, m): (f32, f32)| {
-            // In the middle both sides meet: together they are no more than one.
+            // In the middle both sides meet. Their weights together are at most 1.
             let sum = (w + m).max(1.0);
             [x * (w - m) / sum, y * (w + m) / sum, z * (w + m) / sum]
         };
@@ -108,7 +111,7 @@ fn mirrored(rest: &[[f32; 3]], neighbours: &[Vec<(usize, f32)>]) -> Vec<Option<u
     (0..rest.len())
         .map(|handle| {
             let (other, distance) = nearest(center, handle)?;
-            // Farther away than half the way to its neighbours it is another place of the face.
+            // A handle farther away than half the distance to its neighbours is at another place of the face.
             let near = neighbours[handle].iter().map(|(_, length)| *length).fold(f32::INFINITY, f32::min);
             let is_mutual = nearest(center, other).is_some_and(|(back, _)| back == handle);
             (is_mutual && distance < 0.5 * near).then_some(other)
@@ -122,7 +125,7 @@ mod tests {
     use rhytid_core::NoProgress;
 
     /// Five handles on a line 2 apart, shifted off the origin, and one above the middle.
-    fn line() -> Pull {
+    fn line() -> SoftSelection {
         let rest: Vec<[f32; 3]> = [-4.0, -2.0, 0.0, 2.0, 4.0]
             .map(|x| [x + 10.0, 0.0, 0.0])
             .into_iter()
@@ -134,7 +137,7 @@ mod tests {
             neighbours[a].push((b, length));
             neighbours[b].push((a, length));
         }
-        Pull { mirrored: mirrored(&rest, &neighbours), neighbours }
+        SoftSelection { mirrored: mirrored(&rest, &neighbours), neighbours }
     }
 
     const DRAG: Drag<'static> =
@@ -142,30 +145,30 @@ mod tests {
 
     #[test]
     fn neighbours_follow_along_strain_edges() {
-        let pull = line();
-        assert_eq!(pull.drag(DRAG)[1], DRAG.by);
-        assert_eq!(pull.drag(DRAG).iter().filter(|moved| **moved != [0.0; 3]).count(), 1);
-        let moved = pull.drag(Drag { reach: 4.0, ..DRAG });
+        let soft_selection = line();
+        assert_eq!(soft_selection.drag(DRAG)[1], DRAG.by);
+        assert_eq!(soft_selection.drag(DRAG).iter().filter(|moved| **moved != [0.0; 3]).count(), 1);
+        let moved = soft_selection.drag(Drag { reach: 4.0, ..DRAG });
         // At half the reach (1 − 1/4)², and the one above is 3 away: (1 − 9/16)².
         let expected = [0.5625, 1.0, 0.5625, 0.0, 0.0, 0.191_406_25];
         for (moved, weight) in moved.iter().zip(expected) {
             assert!((moved[1] - 2.0 * weight).abs() < 1e-6 && (moved[0] - weight).abs() < 1e-6, "{moved:?}");
         }
         let pinned = [true, false, true, false, false, false];
-        let held = pull.drag(Drag { reach: 4.0, pinned: &pinned, ..DRAG });
+        let held = soft_selection.drag(Drag { reach: 4.0, pinned: &pinned, ..DRAG });
         assert_eq!((held[0], held[2]), ([0.0; 3], [0.0; 3]));
         assert_eq!(held[1], DRAG.by);
     }
 
     #[test]
     fn the_other_side_does_the_same_in_the_mirror() {
-        let pull = line();
-        assert_eq!(pull.mirrored, [Some(4), Some(3), Some(2), Some(1), Some(0), Some(5)]);
-        let moved = pull.drag(Drag { mirrored: true, ..DRAG });
+        let soft_selection = line();
+        assert_eq!(soft_selection.mirrored, [Some(4), Some(3), Some(2), Some(1), Some(0), Some(5)]);
+        let moved = soft_selection.drag(Drag { mirrored: true, ..DRAG });
         assert_eq!(moved[1], [1.0, 2.0, 0.0]);
         assert_eq!(moved[3], [-1.0, 2.0, 0.0]);
-        // The middle goes up, and not twice as far, and not sideways.
-        let moved = pull.drag(Drag { grabbed: &[2], mirrored: true, ..DRAG });
+        // The middle goes up, but not twice as far, and not sideways.
+        let moved = soft_selection.drag(Drag { grabbed: &[2], mirrored: true, ..DRAG });
         assert_eq!(moved[2], [0.0, 2.0, 0.0]);
     }
 
@@ -173,13 +176,14 @@ mod tests {
     fn a_face_knows_its_other_side() {
         let rig: Rig =
             rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap();
-        let pull = Pull::new(&rig);
-        let found =
-            (0..rig.handles().vertices.len()).filter(|&handle| pull.mirror_of(handle).is_some()).count();
+        let soft_selection = SoftSelection::new(&rig);
+        let found = (0..rig.handles().vertices.len())
+            .filter(|&handle| soft_selection.mirror_of(handle).is_some())
+            .count();
         assert!(10 * found > 9 * rig.handles().vertices.len(), "{found} of {}", rig.handles().vertices.len());
         for handle in 0..rig.handles().vertices.len() {
-            if let Some(other) = pull.mirror_of(handle) {
-                assert_eq!(pull.mirror_of(other), Some(handle));
+            if let Some(other) = soft_selection.mirror_of(handle) {
+                assert_eq!(soft_selection.mirror_of(other), Some(handle));
             }
         }
     }

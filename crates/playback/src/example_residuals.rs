@@ -1,33 +1,36 @@
-//! How well a rig gives back what it was made of.
+//! The residuals of a rig's examples.
 
 use rhytid_core::{DeviceInfo, Face, Result, Rig, Stage, UploadOptions, VertexId};
 use rhytid_devices::Evaluator;
 use rhytid_solve::Misplaced;
 
-/// How far a rig is from one of the scans that it was made of, with the scan's handle positions.
+/// The residual of a rig at one of the scans that it was made of, with the scan's handle positions.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ComesBack {
+pub struct ExampleResiduals {
     /// The example; `None` for the rest pose.
     pub example: Option<String>,
-    /// The root of the mean squared distance of all vertices, in mesh units.
+    /// The root mean square distance of all vertices, in mesh units.
     pub rms: f64,
     /// The largest distance, in mesh units.
     pub worst: f64,
-    /// The vertex where it is.
+    /// The vertex with the largest distance.
     pub vertex: usize,
 }
 
-/// Evaluates the rest pose and each example of the `face` that `rig` was made of, and compares them with the scans. `misplaced` is what the solve
-/// took out of them. Mirror images, of which there is no scan, are left out.
+/// Evaluates the rest pose and each example of the `face` that `rig` was made of, and compares them with the
+/// scans.
+///
+/// `misplaced` are the rigid motions that the solve removed from the scans. Mirror images are left out,
+/// because they have no scan.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Device`], as an [`Evaluator`]'s.
-pub fn comes_back(
+pub fn example_residuals(
     rig: &Rig,
     face: &Face,
     misplaced: &[Misplaced],
     devices: &[DeviceInfo],
-) -> Result<Vec<ComesBack>> {
+) -> Result<Vec<ExampleResiduals>> {
     let rest = &face.neutral.positions;
     let mut states = vec![(None, rest.clone())];
     for example in &face.examples {
@@ -54,7 +57,7 @@ pub fn comes_back(
             }
         }
         let rms = (squares / positions.len().max(1) as f64).sqrt();
-        found.push(ComesBack { example, rms, worst: worst.sqrt(), vertex });
+        found.push(ExampleResiduals { example, rms, worst: worst.sqrt(), vertex });
     }
     Ok(found)
 }

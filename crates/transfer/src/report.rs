@@ -1,28 +1,29 @@
-//! What a transfer found: in numbers, as maps, and as warnings with their remedies.
+//! The report of a transfer: numbers, maps, and warnings with their remedies.
 use crate::correspondence::{Correspondence, Missing};
 use crate::landmarks::Landmarks;
 use rhytid_core::{Face, Rig, human};
 use serde::Serialize;
 
-/// With fewer landmarks closest points have to find too much by themselves.
+/// With fewer landmarks than this, the result depends too much on closest points.
 const FEW: usize = 12;
 
-/// Of the skin, a part without a counterpart that is worth a warning.
+/// The part of the skin without a counterpart from which on there is a warning.
 const BARE: f64 = 0.25;
 
-/// A stretch that is worth a warning, as a ratio: the 95th percentile.
+/// The stretch from which on there is a warning, as a ratio: the 95th percentile.
 const STRETCHED: f64 = 1.0;
 
-/// A landmark that the warp leaves farther from its partner, in spacings of the handles, is at another place of the face.
+/// A landmark is at another place of the face if the warp leaves it farther from its partner than this, in
+/// spacings of the handles.
 const ASTRAY: f64 = 0.25;
 
-/// Sizes of heads differ less.
+/// The plausible ratios of the sizes of two heads.
 const SIZES: [f64; 2] = [0.5, 2.0];
 
-/// Labels that one warning names.
+/// The most labels that one warning names.
 const NAMED: usize = 5;
 
-/// Of numbers at vertices: their median, what 95 % are below, and the largest.
+/// The distribution of numbers at vertices: the median, the 95th percentile, and the largest.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Spread {
     /// The median.
@@ -34,7 +35,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    fn of(mut values: Vec<f64>) -> Self {
+    fn new(mut values: Vec<f64>) -> Self {
         values.sort_by(f64::total_cmp);
         let at =
             |part: f64| values.get((part * values.len().saturating_sub(1) as f64).round() as usize).copied();
@@ -43,47 +44,48 @@ impl Spread {
     }
 }
 
-/// Vertices without a counterpart, and why.
+/// The vertices without a counterpart for one reason.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 pub struct Bare {
-    /// Why.
+    /// The reason.
     pub why: Missing,
-    /// How many.
+    /// The number of vertices.
     pub vertices: usize,
 }
 
-/// What a transfer found.
+/// The report of a transfer.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Account {
+pub struct TransferReport {
     /// The first face.
     pub from: String,
     /// The second.
     pub to: String,
-    /// Vertices of the second.
+    /// The number of vertices of the second face.
     pub vertices: usize,
     /// Names of the examples that were made.
     pub examples: Vec<String>,
-    /// Names of examples of the first that the second has of its own, which are kept.
+    /// Names of the first face's examples that the second face already has. Its own are kept.
     pub own: Vec<String>,
-    /// Whether the smooth band was transferred too.
+    /// Whether the linear band was transferred too.
     pub smooth_band: bool,
-    /// Labels of the landmarks, as the second has them.
+    /// Labels of the landmarks on the second face.
     pub landmarks: Vec<String>,
-    /// Whether both have the same faces, so that vertex by vertex was copied.
+    /// Whether both have the same faces, so that movements were copied vertex by vertex.
     pub same_topology: bool,
-    /// How many times as large the second is as the first, in the same unit.
+    /// The size of the second face relative to the first, in the same unit.
     pub scale: f64,
-    /// Of the area of the skin, the part that has a counterpart: 0 to 1. Parts without a landmark are no skin.
+    /// The part of the skin's area that has a counterpart: 0 to 1. Parts without a landmark are no skin.
     pub covered: f64,
-    /// What has none.
+    /// The vertices without a counterpart, by reason.
     pub bare: Vec<Bare>,
     /// Handles of the second whose places on the first are not known.
     pub bare_handles: Vec<String>,
-    /// How far vertices are from their places once the faces lie on each other, in millimetres.
+    /// The distances of vertices from their places once the faces lie on each other, in millimetres.
     pub distance_mm: Spread,
-    /// How much longer or shorter the surface became than by the scale, in the direction where it is most: 0.1 for a tenth.
+    /// The growth of the surface beyond the scale, or its shrinking, in the direction where it is largest:
+    /// 0.1 for a tenth.
     pub stretch: Spread,
-    /// Triangles of the first that were turned over.
+    /// The number of the first face's triangles that were turned over.
     pub turned_over: usize,
     /// What to look at.
     pub warnings: Vec<String>,
@@ -92,21 +94,21 @@ pub struct Account {
 /// Numbers at the vertices of the second face; NaN where there is no counterpart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Maps {
-    /// As [`Account::distance_mm`].
+    /// As [`TransferReport::distance_mm`].
     pub distance_mm: Vec<f32>,
-    /// As [`Account::stretch`].
+    /// As [`TransferReport::stretch`].
     pub stretch: Vec<f32>,
 }
 
-/// The second face, as it is measured.
+/// The measures of the second face.
 pub(crate) struct Measures<'a> {
     /// The area at each of its V vertices.
     pub area: &'a [f64],
-    /// How far handles of the first are apart once it lies on the second, in mesh units.
+    /// The distance between handles of the first face once it lies on the second, in mesh units.
     pub spacing: f64,
 }
 
-impl Account {
+impl TransferReport {
     pub(crate) fn new(
         from: &Rig,
         to: &Face,
@@ -126,7 +128,7 @@ impl Account {
         });
         let numbers: Vec<Option<[f64; 2]>> = of_places.collect();
         let map = |i: usize| numbers.iter().map(|n| n.map_or(f32::NAN, |n| n[i] as f32)).collect();
-        let spread = |i: usize| Spread::of(numbers.iter().flatten().map(|n| n[i]).collect());
+        let spread = |i: usize| Spread::new(numbers.iter().flatten().map(|n| n[i]).collect());
         let (mut skin, mut covered) = (0.0, 0.0);
         for (v, place) in found.places.iter().enumerate().filter(|(v, _)| found.takes_part[*v]) {
             let area = measures.area[v];
@@ -145,7 +147,7 @@ impl Account {
         let bare_handles = to.handles.labels.iter().zip(&to.handles.vertices).filter(|(_, v)| {
             found.places[v.index()].is_err() && !landmarks.pairs.iter().any(|pair| pair[1] == **v)
         });
-        let mut account = Self {
+        let mut report = Self {
             from: from.surface().name.clone(),
             to: to.name.clone(),
             vertices: found.places.len(),
@@ -163,8 +165,8 @@ impl Account {
             turned_over: found.turned_over.len(),
             warnings: Vec::new(),
         };
-        account.warn(found, landmarks, is_mirrored, measures.spacing, millimetres);
-        (account, Maps { distance_mm: map(0), stretch: map(1) })
+        report.warn(found, landmarks, is_mirrored, measures.spacing, millimetres);
+        (report, Maps { distance_mm: map(0), stretch: map(1) })
     }
 
     fn warn(

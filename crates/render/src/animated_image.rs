@@ -1,4 +1,4 @@
-//! Pictures that move, in any of the formats.
+//! Moving pictures, in any of the formats.
 
 use crate::{AnimatedWebP, Picture};
 use rhytid_core::{Error, Result};
@@ -8,9 +8,9 @@ use std::path::Path;
 #[cfg(feature = "film")]
 use crate::Film;
 
-/// What a moving picture is kept in.
+/// The format of a moving picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum MovingFormat {
+pub enum AnimatedImageFormat {
     /// [`AnimatedWebP`].
     WebP,
     /// [`Film`].
@@ -18,8 +18,8 @@ pub enum MovingFormat {
     Film,
 }
 
-impl MovingFormat {
-    /// By a file's extension, in small letters.
+impl AnimatedImageFormat {
+    /// The format of a file's extension, in small letters.
     pub fn by_extension(extension: &str) -> Option<Self> {
         match extension {
             "webp" => Some(Self::WebP),
@@ -29,7 +29,7 @@ impl MovingFormat {
         }
     }
 
-    /// Whether what is behind a face can be left out.
+    /// Whether the background can be transparent.
     pub fn has_opacity(self) -> bool {
         match self {
             Self::WebP => true,
@@ -38,7 +38,7 @@ impl MovingFormat {
         }
     }
 
-    /// That there can be pictures of `size` pixels in the file `path`.
+    /// Checks that the format can have pictures of `size` pixels in the file `path`.
     ///
     /// # Errors
     /// [`Error::Input`].
@@ -60,7 +60,7 @@ impl MovingFormat {
 }
 
 /// A moving picture that is being written.
-pub enum Moving<W: Write + Seek> {
+pub enum AnimatedImage<W: Write + Seek> {
     /// As WebP.
     WebP(AnimatedWebP<W>),
     /// As a film.
@@ -68,27 +68,34 @@ pub enum Moving<W: Write + Seek> {
     Film(Box<Film<W>>),
 }
 
-impl<W: Write + Seek> Moving<W> {
-    /// Of `pictures`, at least one, of `size` pixels, `rate` of them a second (0.1 to 600). `out` is at its beginning.
+impl<W: Write + Seek> AnimatedImage<W> {
+    /// Begins a moving picture of `pictures` pictures, at least one, of `size` pixels. It shows `rate`
+    /// pictures a second (0.1 to 600). `out` is at its beginning.
     ///
     /// # Errors
-    /// As `out`; [`io::ErrorKind::InvalidInput`] where [`MovingFormat::check`] is an error.
+    /// Errors of `out`; [`io::ErrorKind::InvalidInput`] where [`AnimatedImageFormat::check`] is an error.
     #[cfg_attr(
         not(feature = "film"),
         expect(unused_variables, reason = "only a film has room kept for `pictures`")
     )]
-    pub fn new(format: MovingFormat, out: W, size: [u32; 2], pictures: u32, rate: f64) -> io::Result<Self> {
+    pub fn new(
+        format: AnimatedImageFormat,
+        out: W,
+        size: [u32; 2],
+        pictures: u32,
+        rate: f64,
+    ) -> io::Result<Self> {
         Ok(match format {
-            MovingFormat::WebP => Self::WebP(AnimatedWebP::new(out, size, rate)?),
+            AnimatedImageFormat::WebP => Self::WebP(AnimatedWebP::new(out, size, rate)?),
             #[cfg(feature = "film")]
-            MovingFormat::Film => Self::Film(Box::new(Film::new(out, size, pictures, rate)?)),
+            AnimatedImageFormat::Film => Self::Film(Box::new(Film::new(out, size, pictures, rate)?)),
         })
     }
 
     /// The next picture.
     ///
     /// # Errors
-    /// As what is written to; [`io::ErrorKind::InvalidInput`] if its size is another.
+    /// Errors of `out`; [`io::ErrorKind::InvalidInput`] if the picture has another size.
     pub fn add(&mut self, picture: &Picture) -> io::Result<()> {
         match self {
             Self::WebP(webp) => webp.add(picture),
@@ -100,7 +107,7 @@ impl<W: Write + Seek> Moving<W> {
     /// Writes the end.
     ///
     /// # Errors
-    /// As what is written to, or if pictures are missing.
+    /// Errors of `out`, or an error if pictures are missing.
     pub fn finish(self) -> io::Result<()> {
         match self {
             Self::WebP(webp) => webp.finish(),

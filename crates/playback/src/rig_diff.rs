@@ -1,24 +1,25 @@
-//! What another rig does to a take.
+//! Comparison of two rigs on a take.
 
 use rhytid_core::{DeviceInfo, Error, Result, Rig, Stage, Take, UploadOptions};
 use rhytid_devices::Evaluator;
 
-/// How far two rigs are from each other in a frame.
+/// The difference between two rigs in a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
     /// The take's frame.
     pub frame: usize,
     /// The largest distance of a vertex, in mesh units.
     pub worst: f64,
-    /// The vertex where it is.
+    /// The vertex with the largest distance.
     pub vertex: usize,
 }
 
 /// The changes from one rig to another of the same face in these frames of a take.
 ///
 /// # Errors
-/// [`Error::Input`] if the take lacks handles, or the rigs have different vertices or handles; [`Error::Device`].
-pub fn what_changes(
+/// [`Error::Input`] if the take lacks handles, or the rigs have different vertices or handles;
+/// [`Error::Device`].
+pub fn rig_diff(
     rigs: [&Rig; 2],
     take: &Take,
     frames: &[usize],

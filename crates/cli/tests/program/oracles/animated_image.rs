@@ -7,17 +7,17 @@ use std::path::Path;
 use std::process::Command;
 
 const PICTURES: usize = 12;
-/// Both odd, and the face is not near the corner.
+/// Both numbers are odd, and the face is not near the corner.
 const SIZE: [usize; 2] = [203, 121];
-/// Not of a strong blue, of which libyuv, by which Chromium converts without a GPU, loses a twentieth.
+/// Without strong blue: Chromium without a GPU converts with libyuv, which loses a twentieth of it.
 const BACKGROUND: [u8; 4] = [0x60, 0xa0, 0x80, 255];
-/// By which the background may be off where a film has rounded it.
+/// The error that the background may have where a film has rounded it.
 const NEAR: u8 = 3;
 
-/// Rates as FFmpeg says them.
+/// Rates in FFmpeg's notation.
 const RATES: [(&str, f64); 3] = [("30/1", 30.0), ("24000/1001", 24_000.0 / 1001.0), ("120/1", 120.0)];
 
-/// A rig, a take of [`PICTURES`] frames at `rate`, and as `out/0000N.png` what is to be in the pictures.
+/// A rig, a take of [`PICTURES`] frames at `rate`, and the expected pictures as `out/0000N.png`.
 fn rendered(rate: f64) -> Fixture {
     let f = Fixture::new();
     f.done("solve face.toml -o face.safetensors");
@@ -35,7 +35,7 @@ fn render() -> String {
     format!("render face.safetensors take.csv --size {}x{} --background 60a080 --whole", SIZE[0], SIZE[1])
 }
 
-/// What a program prints, which must succeed.
+/// The output of a program, which must succeed.
 fn printed(program: &str, args: &[&str], folder: &Path) -> Vec<u8> {
     let output = Command::new(program).args(args).current_dir(folder).output();
     let output = output.unwrap_or_else(|e| panic!("{program}: {e}; run `cargo xtask setup`"));
@@ -98,7 +98,7 @@ fn films_and_animated_pictures_are_what_other_programs_find() {
         for (file, shown) in files.iter().zip(chromium(&paths, PICTURES).as_array().unwrap()) {
             assert_eq!(shown["size"], serde_json::json!(SIZE), "{file}");
             let (seconds, expected) = (shown["seconds"].as_f64().unwrap(), PICTURES as f64 / number);
-            // A WebP lasts whole milliseconds.
+            // A WebP's duration is a whole number of milliseconds.
             assert!((seconds - expected).abs() < 1e-3, "{file} lasts {seconds} s, not {expected}");
             let pixels = shown["pixels"].as_array().unwrap();
             assert_eq!(pixels.len(), PICTURES, "{file}");

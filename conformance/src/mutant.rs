@@ -1,39 +1,40 @@
-//! Sessions that are broken on purpose: a suite that does not see them fail, sees nothing.
-use crate::case::canary_case;
+//! Sessions that are broken on purpose. A suite that does not see them fail is blind.
+use crate::case::mutant_case;
 use crate::driven::{AsyncDevice, AsyncSession};
 use crate::outcome::{Outcome, Verdict, device_label, stage_name};
 use crate::reference::reference;
 use crate::run::{ReferenceOf, examine};
 use rhytid_core::{Device, HandleFrames, Result, Stage};
 
-/// Spoils one number of each stage by a part in 256, on `device`; an outcome passes where its stage was found to be wrong.
-pub fn run_canaries(device: &Device) -> Vec<Outcome> {
-    run_canaries_against(device, reference)
+/// Changes one number of each stage by a part in 256, on `device`. An outcome passes if the suite finds its
+/// stage to be wrong.
+pub fn run_mutants(device: &Device) -> Vec<Outcome> {
+    run_mutants_against(device, reference)
 }
 
-/// As [`run_canaries`], with another reference.
-pub fn run_canaries_against(device: &Device, reference: ReferenceOf) -> Vec<Outcome> {
-    pollster::block_on(run_canaries_async(device, reference))
+/// As [`run_mutants`], with another reference.
+pub fn run_mutants_against(device: &Device, reference: ReferenceOf) -> Vec<Outcome> {
+    pollster::block_on(run_mutants_async(device, reference))
 }
 
-/// As [`run_canaries_against`], where results are awaited.
-pub(crate) async fn run_canaries_async(device: &impl AsyncDevice, reference: ReferenceOf) -> Vec<Outcome> {
+/// As [`run_mutants_against`], where results are awaited.
+pub(crate) async fn run_mutants_async(device: &impl AsyncDevice, reference: ReferenceOf) -> Vec<Outcome> {
     let mut outcomes = Vec::new();
     for stage in Stage::ALL {
-        outcomes.push(run_canary(device, stage, reference).await);
+        outcomes.push(run_mutant(device, stage, reference).await);
     }
     outcomes
 }
 
-async fn run_canary(device: &impl AsyncDevice, spoiled: Stage, reference: ReferenceOf) -> Outcome {
-    let case = canary_case();
+async fn run_mutant(device: &impl AsyncDevice, spoiled: Stage, reference: ReferenceOf) -> Outcome {
+    let case = mutant_case();
     let built = case.build();
     let examined = match device.upload(&built.rig, case.options) {
-        Ok(session) => examine(&mut Canary { session, spoiled }, &case, built, reference).await,
+        Ok(session) => examine(&mut Mutant { session, spoiled }, &case, built, reference).await,
         Err(error) => Err(error),
     };
     let (verdict, reason) = match examined {
-        // It must be the comparison that sees it, not the repetition of the batch.
+        // The comparison must see the fault, not the repetition of the batch.
         Ok(stages) if stages[spoiled as usize].measured.is_some_and(|m| m.part_of_bound > 1.0) => {
             (Verdict::Pass, String::new())
         }
@@ -46,12 +47,12 @@ async fn run_canary(device: &impl AsyncDevice, spoiled: Stage, reference: Refere
     outcome
 }
 
-struct Canary<S> {
+struct Mutant<S> {
     session: S,
     spoiled: Stage,
 }
 
-impl<S: AsyncSession> AsyncSession for Canary<S> {
+impl<S: AsyncSession> AsyncSession for Mutant<S> {
     fn evaluate(&mut self, frames: HandleFrames<'_>) -> Result<()> {
         self.session.evaluate(frames)
     }

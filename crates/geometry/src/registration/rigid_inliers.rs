@@ -1,26 +1,27 @@
-//! The rigid motion between two states of a body of which only some part is still: a head with another expression.
+//! The rigid motion between two states of a body of which only a part is rigid, such as a head with another
+//! expression.
 use super::similarity::{Similarity, fit};
 use glam::DVec3;
 
-/// The tolerance with which the search begins and the one with which it ends, in parts of the points' extent: from centimetres of a head
-/// to hundredths of a millimetre.
+/// The first and the last tolerance of the search, in parts of the points' extent. On a head they are
+/// centimetres and hundredths of a millimetre.
 const TOLERANCES: [f64; 2] = [0.05, 5e-5];
 
 /// Each tolerance is this part of the one before.
 const SHRINK: f64 = 0.7;
 
-/// Fits with one tolerance.
+/// The number of fits with one tolerance.
 const ITERATIONS: usize = 12;
 
-/// The tolerance stops where less than this part of the points' weight would stay.
+/// The tolerance stops shrinking before less than this part of the weight would be within it.
 const LEAST: f64 = 0.1;
 
-/// What stays of two states of a body.
+/// The rigid part of two states of a body.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Still {
+pub struct RigidInliers {
     /// Takes the first state to the second, with scale 1.
     pub motion: Similarity,
-    /// The last tolerance, in the points' unit: how near what stays comes.
+    /// The last tolerance, in the points' unit: about how near the rigid part comes.
     pub tolerance: f64,
 }
 
@@ -35,9 +36,12 @@ fn share(motion: &Similarity, from: &[DVec3], to: &[DVec3], weights: &[f64], dis
     near / all
 }
 
-/// The rigid motion from `from` to `to`, N points each with a weight of 0 or more, by the largest part of them that moves as one: fits
-/// reweighted by Geman and McClure's function, with a tolerance that shrinks (Black and Rangarajan's graduated non-convexity) as long as a
-/// tenth of the weight is within it. `None` where the points have no rigid fit: less than three, or on a line.
+/// The rigid motion of the largest part of N points that moves as one, from `from` to `to`. Each point has a
+/// weight of 0 or more.
+///
+/// Fits are reweighted by Geman and McClure's function (Black and Rangarajan's graduated non-convexity). The
+/// tolerance shrinks as long as a tenth of the weight is within it. `None` if the points have no rigid fit:
+/// there are fewer than three, or they lie on a line.
 ///
 /// ```
 /// # use glam::{DQuat, DVec3};
@@ -46,10 +50,10 @@ fn share(motion: &Similarity, from: &[DVec3], to: &[DVec3], weights: &[f64], dis
 /// // Two thirds of it do something else besides.
 /// let moved = |(i, x): (usize, &DVec3)| turn * *x + if i % 3 > 0 { DVec3::splat(0.01 * i as f64) } else { DVec3::ZERO };
 /// let after: Vec<DVec3> = body.iter().enumerate().map(moved).collect();
-/// let still = rhytid_geometry::registration::what_stays(&body, &after, &[1.0; 200]).unwrap();
+/// let still = rhytid_geometry::registration::rigid_inliers(&body, &after, &[1.0; 200]).unwrap();
 /// assert!(still.motion.rotation.angle_between(turn) < 1e-6);
 /// ```
-pub fn what_stays(from: &[DVec3], to: &[DVec3], weights: &[f64]) -> Option<Still> {
+pub fn rigid_inliers(from: &[DVec3], to: &[DVec3], weights: &[f64]) -> Option<RigidInliers> {
     let first = from.first()?;
     let (low, high) = from.iter().fold((*first, *first), |(low, high), x| (low.min(*x), high.max(*x)));
     let extent = low.distance(high);
@@ -66,7 +70,7 @@ pub fn what_stays(from: &[DVec3], to: &[DVec3], weights: &[f64]) -> Option<Still
         }
         let next = SHRINK * tolerance;
         if next < TOLERANCES[1] * extent || share(&motion, from, to, weights, next) < LEAST {
-            return Some(Still { motion, tolerance });
+            return Some(RigidInliers { motion, tolerance });
         }
         tolerance = next;
     }

@@ -1,11 +1,11 @@
-//! The twins of all kernels, run one after the other.
+//! The references of all kernels, run one after the other.
 use rhytid_core::{HandleId, Rig, Stage, StrainEdgeId, Table, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{
     Real, bands, detail, differences, fine_scale, large_scale, normals, strain, vec3, vector_differences,
 };
 
-/// Every stage of a batch, as the twin computes them.
+/// Every stage of a batch, as the reference computes them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Results<T> {
     /// frames × F.
@@ -36,7 +36,7 @@ impl<T: Real> Results<T> {
     }
 }
 
-/// Runs the twins of all kernels, one after the other, on one thread. `handle_positions` is frames × H.
+/// Runs the references of all kernels, one after the other, on one thread. `handle_positions` is frames × H.
 pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T> {
     let (vertices, handles) = (rig.vertices(), rig.handles().vertices.len());
     let frames = handle_positions.len() / handles;
@@ -116,14 +116,14 @@ pub fn pivoted_weights<T: Real>(rig: &Rig<T>) -> (Table<[T; 3]>, Vec<u32>) {
     (Table::new(weights.height(), weights.columns(), pivoted), pivots)
 }
 
-/// The detail's parameters for a rig in one piece.
+/// The detail's parameters for a rig that is not split.
 pub fn detail_params<T: Real>(rig: &Rig<T>, frames: usize) -> detail::Params {
     let whole =
         detail::Params::whole(frames, rig.vertices(), rig.handles().strain_edges.len(), rig.centers());
     detail::Params { zero_at_rest: u32::from(rig.learned().is_some()), ..whole }
 }
 
-/// Both bands of a rig that has any: what the linear one adds, and the folds where they are of vector strains.
+/// Adds both bands of a rig that has them: the linear band, and the folds of vector strains.
 fn add_bands<T: Real>(
     rig: &Rig<T>,
     handle_positions: &[[T; 3]],
@@ -178,7 +178,7 @@ fn add_bands<T: Real>(
     );
 }
 
-/// What the kernel `differences` makes of a batch's features.
+/// The result of the kernel `differences` for a batch's features.
 pub fn squared_differences<T: Real>(rig: &Rig<T>, features: &[T]) -> Vec<T> {
     let (edges, centers) = (rig.handles().strain_edges.len(), rig.centers());
     let frames = features.len().checked_div(edges).unwrap_or(0);
