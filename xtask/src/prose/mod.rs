@@ -90,7 +90,7 @@ impl Report {
 
     /// The doc comments of a file, and the lines of all its comments.
     fn comments(&mut self, file: &str, text: &str) {
-        let name = krate(file);
+        let name = crate_folder(file);
         let mut block = String::new();
         let mut first = 0;
         let mut is_code = false;
@@ -176,7 +176,7 @@ impl Report {
 }
 
 /// The folder of a file's crate.
-fn krate(file: &str) -> String {
+fn crate_folder(file: &str) -> String {
     let mut folders = file.split('/');
     match (folders.next(), folders.next()) {
         (Some("crates"), Some(name)) => format!("crates/{name}"),
@@ -213,6 +213,12 @@ mod tests {
         assert!(
             findings("crates/core/src/a.rs", &comment).iter().any(|f| f.contains("a.rs:3: a sentence of 36"))
         );
+    }
+
+    #[test]
+    fn comments_are_as_wide_as_rustfmt_makes_code() {
+        let rustfmt = include_str!("../../../rustfmt.toml");
+        assert!(rustfmt.lines().any(|line| line == format!("max_width = {COMMENT_LINE}")), "{rustfmt}");
     }
 
     #[test]
