@@ -256,10 +256,13 @@ fn f16_cases(usual: Sizes) -> Vec<Case> {
     ]
 }
 
-/// A rig of 65,536 vertices and a batch of 4 frames, to measure the speed of a device. It belongs to no
+/// The vertices of [`timing_case`].
+pub const TIMED_VERTICES: usize = 65_536;
+
+/// A rig of [`TIMED_VERTICES`] and a batch of 4 frames, to measure the speed of a device. It belongs to no
 /// suite.
 pub fn timing_case() -> Case {
-    Case::new("timing", sizes([65_536, 89, 243, 6, 16, 4, 4]), |_| ())
+    Case::new("timing", sizes([TIMED_VERTICES, 89, 243, 6, 16, 4, 4]), |_| ())
 }
 
 /// A small rig for sessions that are broken on purpose.

@@ -39,7 +39,7 @@ mod suite;
 pub mod tolerance;
 
 pub use bandwidth::{Memory, read_bandwidth};
-pub use case::{Built, Case, Suite, cases, timing_case};
+pub use case::{Built, Case, Suite, TIMED_VERTICES, cases, timing_case};
 pub use compare::{Difference, worst_difference};
 pub use driven::{AsyncDevice, AsyncSession, WaitingSession};
 pub use evaluation::{Results, detail_params, evaluate, pivoted_weights, squared_differences};

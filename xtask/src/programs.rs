@@ -135,9 +135,19 @@ impl Runs {
         Ok(())
     }
 
+    /// Does work that runs no tests, and keeps its time. Its processor time is unknown, because it may run
+    /// beside other programs.
+    pub(crate) fn time(&mut self, name: &str, work: impl FnOnce() -> Result) -> Result {
+        let start = Instant::now();
+        let outcome = work();
+        let spent = Spent { wall: start.elapsed(), processor: None };
+        self.0.push((name.to_owned(), Counts::default(), spent));
+        outcome
+    }
+
     /// Adds the results of programs that ran at the same time.
-    pub(crate) fn append(&mut self, beside: Runs) {
-        self.0.extend(beside.0);
+    pub(crate) fn append(&mut self, beside: &mut Runs) {
+        self.0.append(&mut beside.0);
     }
 
     fn sum(&self, of: impl Fn(&Counts) -> u64) -> u64 {
@@ -188,7 +198,8 @@ impl std::fmt::Display for Spent {
     }
 }
 
-/// Runs `command`, passes its output on line by line, and counts. Also returns its time of all processors.
+/// Runs `command`, passes its output on line by line behind its name, and counts. Also returns its time of
+/// all processors.
 fn run(name: &str, mut command: Command) -> Result<(Counts, Option<f64>)> {
     let shown = shown(&command);
     let mut child =
@@ -203,13 +214,13 @@ fn run(name: &str, mut command: Command) -> Result<(Counts, Option<f64>)> {
     let mut skipped = BTreeMap::new();
     std::thread::scope(|scope| {
         scope.spawn(|| {
-            lines(stderr, err, |line| {
+            lines(name, stderr, err, |line| {
                 if let Some((test, why)) = line.strip_prefix(SKIPPED).and_then(|said| said.split_once(": ")) {
                     skipped.insert(test.to_owned(), why.to_owned());
                 }
             });
         });
-        lines(stdout, out, |line| counts.add(line));
+        lines(name, stdout, out, |line| counts.add(line));
     });
     counts.skipped = skipped;
     // The child has closed its output. It stays readable until it is waited for.
@@ -222,13 +233,13 @@ fn run(name: &str, mut command: Command) -> Result<(Counts, Option<f64>)> {
     Ok((counts, seconds.map(|seconds| seconds.own + seconds.children)))
 }
 
-/// Passes each line on, and shows it to `look`.
-fn lines(from: Option<impl Read>, mut to: impl Write, mut look: impl FnMut(&str)) {
+/// Passes each line on behind `name`, since another program may run at the same time. Shows it to `look`.
+fn lines(name: &str, from: Option<impl Read>, mut to: impl Write, mut look: impl FnMut(&str)) {
     let mut line = Vec::new();
     let mut from = from.map(BufReader::new);
     while from.as_mut().is_some_and(|from| from.read_until(b'\n', &mut line).is_ok_and(|length| length > 0)) {
         // If nobody reads the output any more, counting goes on.
-        let _ = to.write_all(&line);
+        let _ = to.write_all(&[name.as_bytes(), b": ", &line].concat());
         look(String::from_utf8_lossy(&line).trim_end());
         line.clear();
     }

@@ -3,7 +3,9 @@ use crate::programs::{Program, Runs, build};
 use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
 use crate::{debian, deny, library, package, prose, setup};
+use std::collections::VecDeque;
 use std::process::Command;
+use std::sync::Mutex;
 
 /// The whole workspace, for any of cargo's commands.
 pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
@@ -12,9 +14,11 @@ pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
 /// leaking sessions therefore run in other programs without it.
 const VALIDATED: &str = "devices";
 
-/// The test program that runs at the same time as the others. It waits a lot: for the pages' last crate,
-/// which one processor compiles, and for a browser.
-const BESIDE: &str = "browser";
+/// What starts first, because it takes longest: the pages in a browser, and the tests of the program.
+const FIRST: [&str; 2] = ["browser", "program"];
+
+/// How many programs run at the same time. Some wait for a browser, and most end with one long test.
+const LANES: usize = 2;
 
 /// Makes every skipped test a failure. The tests read the variable too, and name the skipped one.
 const FORBID_SKIPS: &str = "RHYTID_FORBID_SKIPS";
@@ -40,43 +44,76 @@ fn all(steps: &mut Steps, runs: &mut Runs) -> Result {
     steps.step("dependencies", deny::deny_where_installed)?;
     steps.step("runtime alone", library::runtime)?;
     let programs = steps.step("build tests", || build(&WORKSPACE))?;
-    steps.step("tests", || tests(&programs, runs))?;
-    steps.step("packages", package::package)
+    steps.step("tests", || tests(&programs, runs))
 }
 
-/// Runs every test program, and the documentation's examples.
+/// A part of the tests that runs beside others.
+enum Work<'a> {
+    Program(&'a Program),
+    Packages,
+    DocumentationExamples,
+}
+
+/// Runs every test program, the packages and the documentation's examples.
 fn tests(programs: &[Program], runs: &mut Runs) -> Result {
-    for target in [VALIDATED, BESIDE] {
-        if !programs.iter().any(|program| program.target == target) {
-            return Err(format!("there is no test program named {target}"));
-        }
+    let queue = Mutex::new(queue(programs)?);
+    let mut outcomes: Vec<_> = std::thread::scope(|scope| {
+        let lanes: Vec<_> = (0..LANES).map(|_| scope.spawn(|| lane(&queue))).collect();
+        lanes.into_iter().map(|lane| lane.join().expect("a lane does not panic")).collect()
+    });
+    for (done, _) in &mut outcomes {
+        runs.append(done);
     }
-    let (beside, others): (Vec<_>, Vec<_>) = programs.iter().partition(|program| program.target == BESIDE);
-    std::thread::scope(|scope| {
-        let beside = scope.spawn(|| {
-            let mut runs = Runs::default();
-            run_each(&beside, &mut runs).map(|()| runs)
-        });
-        let outcome = run_each(&others, runs).and_then(|()| {
-            runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))
-        });
-        runs.append(beside.join().expect("what runs beside does not panic")?);
-        outcome
-    })?;
+    outcomes.into_iter().try_for_each(|(_, outcome)| outcome)?;
     outcome(runs)
 }
 
-/// Runs programs one after the other.
-fn run_each(programs: &[&Program], runs: &mut Runs) -> Result {
-    for program in programs {
-        let mut command = program.command(&[]);
-        with_drivers(&mut command);
-        if program.target == VALIDATED {
-            command.env("RHYTID_VULKAN_VALIDATION", "1");
+/// All work in the order in which it starts.
+fn queue(programs: &[Program]) -> Result<VecDeque<Work<'_>>> {
+    for target in [VALIDATED].iter().chain(&FIRST) {
+        if !programs.iter().any(|program| program.target == *target) {
+            return Err(format!("there is no test program named {target}"));
         }
-        runs.run(&program.name(), command)?;
     }
-    Ok(())
+    let (first, others): (Vec<_>, Vec<_>) =
+        programs.iter().partition(|program| FIRST.contains(&program.target.as_str()));
+    let mut queue: VecDeque<Work<'_>> = first.into_iter().map(Work::Program).collect();
+    queue.push_back(Work::Packages);
+    queue.extend(others.into_iter().map(Work::Program));
+    queue.push_back(Work::DocumentationExamples);
+    Ok(queue)
+}
+
+/// Takes work from the queue until nothing is left. If work cannot be done, nothing more starts.
+fn lane(queue: &Mutex<VecDeque<Work<'_>>>) -> (Runs, Result) {
+    let mut runs = Runs::default();
+    let next = || queue.lock().expect("no lane panics").pop_front();
+    while let Some(work) = next() {
+        if let Err(error) = work.run(&mut runs) {
+            queue.lock().expect("no lane panics").clear();
+            return (runs, Err(error));
+        }
+    }
+    (runs, Ok(()))
+}
+
+impl Work<'_> {
+    fn run(&self, runs: &mut Runs) -> Result {
+        match self {
+            Self::Program(program) => {
+                let mut command = program.command(&[]);
+                with_drivers(&mut command);
+                if program.target == VALIDATED {
+                    command.env("RHYTID_VULKAN_VALIDATION", "1");
+                }
+                runs.run(&program.name(), command)
+            }
+            Self::Packages => runs.time("packages", package::package),
+            Self::DocumentationExamples => {
+                runs.run("documentation's examples", cargo(&[&["test", "--doc"], &WORKSPACE[..]].concat()))
+            }
+        }
+    }
 }
 
 /// Adds a second Vulkan driver to those that the loader finds. Compiled drivers are cached where the

@@ -58,7 +58,10 @@ impl OpenCl {
             (found.index, &found.name, &found.driver) == (info.index, &info.name, &info.driver)
         });
         let Some((device, _)) = found else {
-            let message = format!("there is no such OpenCL device called {}, but {count} others", info.name);
+            let message = format!(
+                "there is no such OpenCL device called {} now, found {count} others; list the devices again",
+                info.name
+            );
             return Err(error(DeviceErrorKind::NotFound, message));
         };
         let asking = || Status::error(&name, "asking for the device's limits");

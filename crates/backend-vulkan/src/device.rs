@@ -63,8 +63,8 @@ impl Vulkan {
     pub unsafe fn from_device(host: HostDevice) -> Result<Self> {
         let mut found = physical_devices(&host.instance)?.into_iter();
         let Some(mut physical) = found.find(|physical| physical.raw == host.physical_device) else {
-            let message = "the host application's device is not one of its instance's with Vulkan 1.1 and a queue \
-                           that computes";
+            let message = "the host application's device is not among its instance's devices that have \
+                           Vulkan 1.1 and a compute queue";
             return Err(error(DeviceErrorKind::NotFound, Self::NAME, message.into()));
         };
         physical.queue_family = host.queue_family;

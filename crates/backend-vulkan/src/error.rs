@@ -37,9 +37,9 @@ pub(crate) fn not_allocated(device: &str, what: &str, bytes: u64) -> impl FnOnce
         let out_of_memory = matches!(cause, AllocationError::OutOfMemory)
             || cause.to_string().contains("ERROR_OUT_OF_HOST_MEMORY");
         if out_of_memory {
-            return too_large(device, &format!("{what}, {bytes} bytes, does not fit any more"));
+            return too_large(device, &format!("no room is left for {what} ({bytes} bytes)"));
         }
-        let message = format!("memory for {what}, {bytes} bytes, was not given: {cause}");
+        let message = format!("the driver gives no memory for {what} ({bytes} bytes): {cause}");
         error(DeviceErrorKind::Driver, device, message)
     }
 }

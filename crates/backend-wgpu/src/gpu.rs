@@ -114,7 +114,7 @@ impl Gpu {
                 // GL waits for at most two seconds. If it returns sooner, the driver has refused to wait.
                 Ok(Err(wgpu::PollError::Timeout)) if start.elapsed() > Duration::from_secs(1) => {}
                 Ok(Err(reason)) => return Err(self.lost(doing, &reason.to_string())),
-                Err(_) => return Err(self.lost(doing, "the driver reports no more")),
+                Err(_) => return Err(self.lost(doing, "the driver stopped answering")),
             }
         }
     }

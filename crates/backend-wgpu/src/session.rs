@@ -219,7 +219,7 @@ impl WgpuSession {
         match mapping {
             Ok(Ok(())) => {}
             Ok(Err(reason)) => return Err(self.gpu.lost(DOING, &reason.to_string())),
-            Err(_) => return Err(self.gpu.lost(DOING, "the results were never handed over")),
+            Err(_) => return Err(self.gpu.lost(DOING, "the driver never delivered the results")),
         }
         let view = scoped(&self.gpu.device, &mut self.pending, || staging.get_mapped_range(0..bytes));
         let view = view.map_err(|reason| self.gpu.lost(DOING, &reason.to_string()))?;

@@ -74,7 +74,10 @@ impl FromStr for Axes {
 
     fn from_str(text: &str) -> Result<Self, String> {
         Self::with_mirror_images().find(|axes| axes.to_string() == text).ok_or_else(|| {
-            format!("“{text}” is no way to turn axes, expected the file's axes that the mesh's x, y and z are, such as +x+z-y for a file with Z up")
+            format!(
+                "“{text}” does not name three axes, expected the file's axes that become the mesh's x, y and \
+                 z, such as +x+z-y for a file with Z up"
+            )
         })
     }
 }

@@ -22,7 +22,7 @@ pub struct Match {
 }
 
 /// A marker that is farther from a handle than this part of the handles' extent does not belong to it.
-const FAR: f64 = 0.1;
+const MAX_DISTANCE: f64 = 0.1;
 
 /// A match that is less sure than this is left out.
 const LEAST_SURE: f64 = 0.1;
@@ -60,7 +60,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
     let place = |column: usize| laid.handles.labels.iter().position(|label| *label == labels[column]);
     let fixed: Vec<Option<usize>> = named.iter().map(|column| column.and_then(place)).collect();
     let mut shifted = markers.clone();
-    let mut matched = assigned(&handles, &shifted, &fixed, FAR * extent);
+    let mut matched = assigned(&handles, &shifted, &fixed, MAX_DISTANCE * extent);
     for _ in 1..PASSES {
         // Neighbouring markers are off by similar vectors where an actor's face is longer or wider.
         let off: Vec<(DVec3, DVec3)> = matched
@@ -76,7 +76,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
             near.sort_by(|a, b| a.0.distance_squared(*marker).total_cmp(&b.0.distance_squared(*marker)));
             *at = *marker + median_point(near.iter().take(NEIGHBOURS).map(|(_, off)| *off));
         }
-        matched = assigned(&handles, &shifted, &fixed, FAR * extent);
+        matched = assigned(&handles, &shifted, &fixed, MAX_DISTANCE * extent);
     }
     let millimetres = 1e3 * rig.surface().metres_per_unit;
     let of_handle = |h: usize| {
@@ -103,7 +103,7 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
 }
 
 fn misfit() -> Error {
-    Error::no_fit("the markers do not fit the rig's face: say which is which handle's")
+    Error::no_fit("the markers do not fit the rig's face: say which marker belongs to which handle")
 }
 
 /// The rig as a face without examples.

@@ -187,14 +187,17 @@ fn without_head(
     let face: Vec<usize> = matched.columns.iter().copied().flatten().collect();
     let extent = typical_extent(tracks, &face);
     if extent == 0.0 {
-        return Err(Error::empty("no handle's marker was ever seen: the take has no positions to go by"));
+        return Err(Error::empty("the take cannot be cleaned: no marker of a handle is seen in any frame"));
     }
     let rigid = rigid_markers(tracks, &matched.others, labels, settings, extent)?;
     if in_head_space || settings.skip.contains(&Step::Head) {
         return Ok((None, rigid));
     }
     let mut head = head::stabilise(tracks, &rigid, &face, extent).ok_or_else(|| {
-        Error::no_fit("no frame shows three markers from which the head's motion could be told")
+        Error::no_fit(
+            "the head's motion cannot be found: it needs a frame that shows at least three markers that are \
+             not on one line",
+        )
     })?;
     if !settings.skip.contains(&Step::HeadLowPass) {
         let centre = head::centre(tracks, &face, &head.motions);
@@ -370,7 +373,8 @@ fn unlike(poses: &[Pose]) -> Option<String> {
     let worst =
         poses.iter().min_by(|a, b| a.likeness.total_cmp(&b.likeness)).filter(|pose| pose.likeness < LIKE)?;
     Some(format!(
-        "in frame {} the actor does something else than the example “{}” shows (likeness {:.2} of 1); look at it, or leave the pose out",
+        "in frame {} the actor's expression differs from the example “{}” (likeness {:.2} of 1); look at \
+         this frame, or leave the pose out",
         worst.frame, worst.example, worst.likeness
     ))
 }
@@ -384,7 +388,9 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warn
     if let Some(first) = of(Kind::Slide).max_by_key(|e| (e.frames, Reverse(e.first))) {
         let name = |marker: Option<usize>| marker.map_or("another place", |j| &labels[j][..]);
         let warning = Warning::from(format!(
-            "a label slid off its marker {}, and was cut out: longest that of {}, to {}, in frames {}..{} ({:.2} s); look at it: `skip` of slides keeps them, `drop` cuts out by hand",
+            "a label slid off its marker {}, and these stretches were cut out: in the longest, {} slid to {} \
+             in frames {}..{} ({:.2} s); look at it: `skip` of slides keeps such stretches, `drop` cuts out \
+             a stretch by hand",
             human::counted(of(Kind::Slide).count(), "time"),
             name(first.marker),
             name(first.other),
@@ -398,24 +404,31 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warn
         of(Kind::Strain).max_by(|a, b| a.strain.partial_cmp(&b.strain).unwrap_or(Ordering::Equal))
     {
         let name = |marker: Option<usize>| marker.map_or("", |j| &labels[j][..]);
-        sentences.push(format!(
-            "between {} and {} the skin is stretched by {:.0} % in frame {} ({:.2} s), far beyond any example; such stretches: {}: a label that slid \
-             or was swapped, or that names another place on the rig",
-            name(worst.marker),
-            name(worst.other),
-            100.0 * worst.strain.unwrap_or(0.0),
-            worst.first,
-            seconds(worst.first),
-            human::count(of(Kind::Strain).count())
-        ).into());
+        sentences.push(
+            format!(
+                "between {} and {} the skin is stretched by {:.0} % in frame {} ({:.2} s), far beyond any \
+                 example (such stretches: {}); look for a label that slid or was swapped, or that names \
+                 another place on the rig",
+                name(worst.marker),
+                name(worst.other),
+                100.0 * worst.strain.unwrap_or(0.0),
+                worst.first,
+                seconds(worst.first),
+                human::count(of(Kind::Strain).count())
+            )
+            .into(),
+        );
     }
     if !never.is_empty() {
-        let what = "never seen, and go with their neighbours";
-        sentences.push(format!("handles whose marker is {what}: {}", never.join(", ")).into());
+        let what = "their markers are never seen";
+        sentences.push(
+            format!("handles that follow their neighbours, because {what}: {}", never.join(", ")).into(),
+        );
     }
     if let Some(longest) = of(Kind::Lost).max_by_key(|e| (e.frames, Reverse(e.first))) {
         sentences.push(format!(
-            "{} gaps could not be filled soundly, with a confidence of 0: the longest lasts {:.1} s from frame {}",
+            "{} gaps could not be filled soundly, and have a confidence of 0: the longest lasts {:.1} s from \
+             frame {}",
             of(Kind::Lost).count(),
             longest.frames as f64 / rate,
             longest.first

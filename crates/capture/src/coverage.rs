@@ -101,7 +101,7 @@ pub fn coverage(rig: &Rig<f64>, take: &Take, top: usize) -> Result<Coverage> {
     let edges = rig.handles().strain_edges.len();
     if edges == 0 {
         return Err(Error::rig_lacks(
-            "the rig has no strain edges, so there is nothing to compare its examples and the take by",
+            "the rig has no strain edges, so its examples cannot be compared with the take",
         ));
     }
     let strains = strains(rig, take)?;

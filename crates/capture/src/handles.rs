@@ -14,7 +14,7 @@ const OFF_SKIN: f64 = 0.005;
 const PASSES: usize = 3;
 
 /// A marker that was laid farther from its vertex than this, in metres, is worth a look.
-const FAR: f64 = 0.008;
+const DOUBTFUL: f64 = 0.008;
 
 /// Fits with a greater cost are useless.
 pub(crate) const POOR: f64 = 0.75;
@@ -148,30 +148,32 @@ fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &OntoSurfac
     };
     if laid.cost > POOR {
         warnings.push(
-            "the markers fit the mesh badly: look at the picture; another frame, or the vertices of three or four markers given by hand, \
-             help"
+            "the markers fit the mesh badly: look at the picture, and choose another frame or give the \
+             vertices of three or four markers by hand"
                 .to_owned(),
         );
     } else if laid.runner_up < AMBIGUOUS * laid.cost {
         warnings.push(
-            "turned otherwise, the markers fit the mesh nearly as well: look at the picture; the vertices of three or four markers given by \
-             hand decide it"
+            "the markers fit the mesh nearly as well in another orientation: look at the picture, and if it \
+             is wrong, give the vertices of three or four markers by hand"
                 .to_owned(),
         );
     }
-    if let Some(far) = named(&|i| placed[i].distance * face.metres_per_unit > FAR) {
-        warnings.push(format!("farther than {} mm from the mesh: {far}", FAR * 1e3));
+    if let Some(far) = named(&|i| placed[i].distance * face.metres_per_unit > DOUBTFUL) {
+        warnings.push(format!("markers farther than {} mm from the mesh: {far}", DOUBTFUL * 1e3));
     }
     if let Some(aside) = named(&|i| placed[i].aside) {
-        warnings.push(format!("nearest to a vertex that another marker has, and put beside it: {aside}"));
+        warnings.push(format!(
+            "markers that got the next free vertex, because another marker has their nearest one: {aside}"
+        ));
     }
     let side = |i: usize| side(&handles.labels[i]).map(|left| left == (laid.points[i].x > middle(face)));
     let sides: Vec<bool> = (0..placed.len()).filter_map(side).collect();
     let right = sides.iter().filter(|right| **right).count();
     if sides.len() >= 4 && 2 * right < sides.len() {
         warnings.push(
-            "markers whose labels say left come out on the face's right, and the other way round: the take, the mesh or the labels are a mirror \
-             image"
+            "markers whose labels say left are on the face's right, and the reverse: the take, the mesh or \
+             the labels are a mirror image"
                 .to_owned(),
         );
     }

@@ -70,7 +70,7 @@ pub(crate) fn rigid_markers(
     let Some(named) = &settings.rigid else { return Ok(find_rigid(tracks, others, extent)) };
     if named.len() == 1 || named.len() == 2 {
         return Err(Error::out_of_range(format!(
-            "{} rigid markers are given, expected at least 3, or none to go by the whole face",
+            "{} rigid markers are given, expected at least 3, or none to use the whole face",
             named.len()
         )));
     }

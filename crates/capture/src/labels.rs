@@ -75,12 +75,13 @@ pub(crate) fn match_labels(
         let without = handles.iter().zip(&columns).filter(|(_, column)| column.is_none());
         let labels = without.map(|(handle, _)| handle.clone()).collect();
         return Err(Error::input(format!(
-            "{found} of the rig's {} handles have a marker of that name, expected at least {FEWEST}; the handles are {}, the markers {}; \
-             a map says which is which",
+            "{found} of the rig's {} handles have a marker of that name, expected at least {FEWEST}; the \
+             handles are {}, the markers {}; give a map of handles to markers",
             handles.len(),
             shown(handles),
             shown(file)
-        )).of_kind(InputErrorKind::MissingMarkers { labels }));
+        ))
+        .of_kind(InputErrorKind::MissingMarkers { labels }));
     }
     let others = (0..file.len()).filter(|i| !columns.contains(&Some(*i))).collect();
     Ok(Matched { columns, others })

@@ -135,7 +135,8 @@ fn neutral_frames(
         ))),
         None => neutral::find(tracks, columns, &target.rest).ok_or_else(|| {
             Error::no_fit(
-                "no half second shows enough markers to find the neutral face in; say which frames are neutral",
+                "no half second of the take shows enough markers to find the neutral face; say which frames \
+                 are neutral",
             )
         }),
     }
@@ -172,7 +173,7 @@ fn unit(
         UNITS.into_iter().min_by(|a, b| unlike(a.1).total_cmp(&unlike(b.1))).unwrap_or(UNITS[0]);
     warnings.push(
         format!(
-            "the unit is taken for {name}, with which the actor is {:.3} times the rig's size",
+            "the unit is assumed to be {name}, which makes the actor {:.3} times the rig's size",
             scale(unit)
         )
         .into(),
@@ -198,7 +199,8 @@ pub(crate) fn offsets(
         if let Some(offset) = offset.filter(|offset| *offset > largest) {
             warnings.push(
                 format!(
-                    "at neutral the marker of {label} is {offset:.1} mm from its handle: is it another's?"
+                    "at neutral the marker of {label} is {offset:.1} mm from its handle: check that it is \
+                     the right marker"
                 )
                 .into(),
             );

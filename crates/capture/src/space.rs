@@ -88,7 +88,9 @@ impl fmt::Display for Misfit {
                     "the markers turn together by up to {degrees:.0}°, as a head does: the take is not in head space"
                 )
             }
-            Self::NoFrameNearRest => write!(f, "no frame is near the rest pose, in no unit and with no axes"),
+            Self::NoFrameNearRest => {
+                write!(f, "no frame is near the rest pose, whatever the take's unit and axes")
+            }
         }
     }
 }

@@ -19,7 +19,8 @@ mod view;
 
 pub(crate) use animate::Animate;
 pub(crate) use channels::{Channels, formats, option};
-use clap::{Parser, Subcommand};
+use clap::builder::{Resettable, StyledStr};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use correct::Correct;
 pub(crate) use explain::Explain;
@@ -34,11 +35,38 @@ pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
 use values::parse_rate;
-pub(crate) use values::{Elsewhere, HeadChoice, StageChoice, UnitChoice};
+pub(crate) use values::{Elsewhere, HeadChoice, Json, StageChoice, UnitChoice};
 #[cfg(feature = "view")]
 pub(crate) use view::View;
 
-const GLOBAL: &str = "Options of every command";
+/// Headings of options.
+const INPUT: &str = "Input";
+const SPACE: &str = "Space and unit";
+const LIVE: &str = "Live";
+const OUTPUT: &str = "Output";
+const SIDE_FILES: &str = "More files";
+#[cfg(feature = "wgpu")]
+const SHOW: &str = "What is shown";
+#[cfg(feature = "wgpu")]
+const CAMERA: &str = "Camera";
+const QUALITY: &str = "Quality";
+const GLTF: &str = "glTF";
+const USD: &str = "USD";
+const DEVICE: &str = "Device";
+const GLOBAL: &str = "General";
+
+/// The groups of commands, each with its first command. The order of the commands is that of [`Command`].
+const GROUPS: [(&str, &str); 6] = [
+    ("Look first", "demo"),
+    ("Make a face and its animation", "solve"),
+    ("Prepare and change", "handles"),
+    ("Judge", "doctor"),
+    ("Choose a device", "devices"),
+    ("Set up your shell", "completions"),
+];
+
+/// The pages of the documentation, for users who have the program alone.
+pub(crate) const DOCS: &str = concat!(env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/");
 
 /// From face scans and marker tracks to detailed facial animation.
 ///
@@ -49,6 +77,7 @@ const GLOBAL: &str = "Options of every command";
     name = "rhytid",
     version,
     arg_required_else_help = true,
+    disable_help_flag = true,
     after_help = "\
 Examples:
   rhytid demo
@@ -59,25 +88,91 @@ Examples:
 Exit codes:
   0  done
   1  a fault of Rhytid's own or of a device
-  2  a mistake in the input or the command line, a file that cannot be read or written, or stopped by Ctrl-C"
+  2  a mistake in the input or the command line, a file that cannot be read or written, or stopped by Ctrl-C
+
+docs/cli.md describes the command line."
 )]
 pub(crate) struct Args {
     /// Show no progress and no summary; warnings and errors only.
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = GLOBAL)]
     pub quiet: bool,
 
-    /// Log more to stderr; twice for everything.
+    /// Say more: times, settings and lists; twice for everything.
     #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = GLOBAL)]
     pub verbose: u8,
+
+    /// Print help: a summary with -h, everything with --help.
+    #[arg(short, long, global = true, action = clap::ArgAction::Help, help_heading = GLOBAL)]
+    help: Option<bool>,
 
     /// What to do.
     #[command(subcommand)]
     pub command: Command,
 }
 
+impl Args {
+    /// From the command line. Help and mistakes end the program.
+    pub(crate) fn read() -> Self {
+        let matches = command().get_matches();
+        Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
+    }
+}
+
+/// The definition of the command line, with commands in groups and pages by their addresses.
+pub(crate) fn command() -> clap::Command {
+    let command = with_addresses(Args::command());
+    let heading = *command.get_styles().get_header();
+    let groups = groups(&command);
+    command.help_template(format!(
+        "{{about-with-newline}}\n{{usage-heading}} {{usage}}\n\n{groups}\
+         {heading}Options:{heading:#}\n{{options}}{{after-help}}"
+    ))
+}
+
+/// The commands in their groups, a line for each.
+fn groups(command: &clap::Command) -> String {
+    let (heading, literal) = (*command.get_styles().get_header(), *command.get_styles().get_literal());
+    let mut text = String::new();
+    for command in command.get_subcommands().filter(|command| !command.is_hide_set()) {
+        let name = command.get_name();
+        if let Some((group, _)) = GROUPS.iter().find(|(_, first)| *first == name) {
+            let gap = if text.is_empty() { "" } else { "\n" };
+            text += &format!("{gap}{heading}{group}:{heading:#}\n");
+        }
+        let about = command.get_about().map(ToString::to_string).unwrap_or_default();
+        text += &format!("  {literal}{name:<14}{literal:#}{about}\n");
+    }
+    text + &format!("  {literal}{:<14}{literal:#}Print the help of a command\n\n", "help")
+}
+
+/// The command with the addresses of pages that its help names.
+fn with_addresses(command: clap::Command) -> clap::Command {
+    let address = |text: &StyledStr| StyledStr::from(text.to_string().replace("docs/", DOCS));
+    let addresses = |text: Option<&StyledStr>| Resettable::from(text.map(address));
+    let about = addresses(command.get_about());
+    let long_about = addresses(command.get_long_about());
+    let after_help = addresses(command.get_after_help());
+    command
+        .about(about)
+        .long_about(long_about)
+        .after_help(after_help)
+        .mut_args(|arg| {
+            let (help, long_help) = (addresses(arg.get_help()), addresses(arg.get_long_help()));
+            arg.help(help).long_help(long_help)
+        })
+        .mut_subcommands(with_addresses)
+}
+
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Make a face and a performance in code, solve and animate it: no input needed.
+    #[command(after_help = "\
+Examples:
+  rhytid demo
+  rhytid demo /tmp/face --vertices 530000")]
+    Demo(Demo),
+
     /// Make a project of a neutral scan, expression scans and a take.
     ///
     /// Finds the expressions and a take beside the neutral, the unit, the up axis and the vertex of each
@@ -89,10 +184,23 @@ Examples:
   rhytid new neutral.obj --examples poses --take session.c3d -o anna")]
     New(New),
 
+    /// Show a rig in a window: drag markers, play takes, see what drives a vertex.
+    ///
+    /// H lists the keys. Rigs and takes can be dropped on the window, too.
+    #[cfg(feature = "view")]
+    #[command(after_help = "\
+Examples:
+  rhytid view FACE.safetensors TAKE.csv
+  rhytid view FACE.safetensors --listen
+  rhytid view FACE.safetensors TAKE.csv --device cpu:0
+
+docs/viewing.md says what can be done there.")]
+    View(View),
+
     /// Solve a face: scans, handles and examples become a rig.
     #[command(after_help = "\
 Examples:
-  rhytid solve FACE.toml -o FACE.safetensors
+  rhytid solve FACE.toml
   rhytid solve scans/anna/face.toml -o rigs/anna.safetensors --quiet")]
     Solve(Solve),
 
@@ -113,16 +221,6 @@ Examples:
 docs/export.md says which format and which options suit which program.")]
     Animate(Box<Animate>),
 
-    /// Send a take over the network as if it were captured now.
-    ///
-    /// The receiver is `animate --listen`, or any program that reads OSC. Each frame is a UDP datagram of its
-    /// own; docs/live.md describes its content. The command cannot know whether anybody listens.
-    #[command(after_help = "\
-Examples:
-  rhytid send TAKE.csv
-  rhytid send TAKE.csv --rig FACE.safetensors --to 192.168.0.20:9000 --rate 240 --loop")]
-    Send(Send),
-
     /// Draw frames of a take: a sheet, a picture for each, or one that moves.
     #[cfg(feature = "wgpu")]
     #[command(after_help = "\
@@ -136,18 +234,13 @@ Examples:
 docs/render.md has pictures of what can be shown.")]
     Render(Box<Render>),
 
-    /// Show a rig in a window: drag markers, play takes, see what drives a vertex.
-    ///
-    /// H lists the keys. Rigs and takes can be dropped on the window, too.
-    #[cfg(feature = "view")]
+    /// Write a rig's examples as named shapes, for sliders.
     #[command(after_help = "\
 Examples:
-  rhytid view FACE.safetensors TAKE.csv
-  rhytid view FACE.safetensors --listen
-  rhytid view FACE.safetensors TAKE.csv --device cpu:0
-
-docs/viewing.md says what can be done there.")]
-    View(View),
+  rhytid export-shapes FACE.safetensors -o shapes.glb
+  rhytid export-shapes FACE.safetensors -o shapes.usd --handles
+  rhytid export-shapes FACE.safetensors -o shapes.glb --handles --force")]
+    ExportShapes(ExportShapes),
 
     /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
     ///
@@ -162,22 +255,27 @@ The parts come from, on one machine or on several:
   rhytid animate FACE.safetensors TAKE.csv -o part2.usd --frames 2000..4000")]
     Stitch(Stitch),
 
-    /// Write a rig's examples as named shapes, for sliders.
-    #[command(after_help = "\
-Examples:
-  rhytid export-shapes FACE.safetensors -o shapes.glb
-  rhytid export-shapes FACE.safetensors -o shapes.usd --handles
-  rhytid export-shapes FACE.safetensors -o shapes.glb --handles --force")]
-    ExportShapes(ExportShapes),
-
-    /// Read an animation back and compare it with a fresh evaluation.
+    /// Send a take over the network as if it were captured now.
     ///
-    /// Exits with 0 if every vertex is where the file promises and with 1 if one is not.
+    /// The receiver is `animate --listen`, or any program that reads OSC. Each frame is a UDP datagram of its
+    /// own; docs/live.md describes its content. The command cannot know whether anybody listens.
     #[command(after_help = "\
 Examples:
-  rhytid verify FACE.usd --rig FACE.safetensors --take TAKE.csv
-  rhytid verify FACE.glb --rig FACE.safetensors --take TAKE.csv --json")]
-    Verify(Verify),
+  rhytid send TAKE.csv
+  rhytid send TAKE.csv --rig FACE.safetensors --to 192.168.0.20:9000 --rate 240 --loop")]
+    Send(Send),
+
+    /// Place the handles: the markers of a take on the mesh, or so many spread over it.
+    ///
+    /// With a take, one frame near the neutral face is laid over the mesh. The take may have any unit and
+    /// axes, and markers of a cap or head band are left out. The command writes the table that the project
+    /// file names, with the distance of each vertex from its marker, and a picture to look at.
+    #[command(after_help = "\
+Examples:
+  rhytid handles FACE.toml session.c3d
+  rhytid handles FACE.toml session.c3d --frame 30 --at chin=1042 --at nose=377
+  rhytid handles FACE.toml --count 90 -o markers.csv")]
+    Handles(Handles),
 
     /// Clean a raw take, as a capture system writes it, for a rig.
     ///
@@ -192,17 +290,46 @@ Examples:
   rhytid prepare session.c3d --rig FACE.safetensors -o TAKE.csv --map chin=M12 --map brow=M7 --skip low-pass")]
     Prepare(Box<Prepare>),
 
-    /// Place the handles: the markers of a take on the mesh, or so many spread over it.
+    /// Write a frame as a mesh, to be sculpted.
     ///
-    /// With a take, one frame near the neutral face is laid over the mesh. The take may have any unit and
-    /// axes, and markers of a cap or head band are left out. The command writes the table that the project
-    /// file names, with the distance of each vertex from its marker, and a picture to look at.
+    /// The sculpted mesh can become a correction of similar frames (EDIT.toml), or an example of the rig
+    /// (FACE.toml). docs/edits.md says how.
     #[command(after_help = "\
 Examples:
-  rhytid handles FACE.toml session.c3d
-  rhytid handles FACE.toml session.c3d --frame 30 --at chin=1042 --at nose=377
-  rhytid handles FACE.toml --count 90 -o markers.csv")]
-    Handles(Handles),
+  rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj
+  rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj --edit EDIT.toml")]
+    Correct(Correct),
+
+    /// Put the wrinkles of one face on another one, with another mesh.
+    ///
+    /// Handles of the same label say how the faces correspond. The first face is laid over the second. Each
+    /// of its examples becomes an example of the second face, which is then solved. docs/transfer.md says
+    /// what carries over and how to look at it.
+    #[command(after_help = "\
+Examples:
+  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors
+  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --with-linear-band --report report
+  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --landmarks pairs.csv --examples made")]
+    Transfer(Transfer),
+
+    /// Look at a project for everything that would hurt its solve.
+    ///
+    /// Exits with 0 if the face can be solved and with 2 if it can't.
+    #[command(after_help = "\
+Examples:
+  rhytid doctor FACE.toml
+  rhytid doctor FACE.toml --json")]
+    Doctor(Doctor),
+
+    /// Say what is in a file: mesh, animation, rig, take, table, project, setup or report.
+    #[command(after_help = "\
+Examples:
+  rhytid info neutral.obj
+  rhytid info FACE.safetensors --json
+  rhytid info TAKE.csv
+  rhytid info session.c3d
+  rhytid info FACE.toml")]
+    Info(Info),
 
     /// Find out how good a face's rig is, and where it is not.
     ///
@@ -231,16 +358,6 @@ Examples:
   rhytid coverage FACE.safetensors TAKE.csv --plan 6 --take-examples dense.usd -o scans")]
     Coverage(Coverage),
 
-    /// Write a frame as a mesh, to be sculpted.
-    ///
-    /// The sculpted mesh can become a correction of similar frames (EDIT.toml), or an example of the rig
-    /// (FACE.toml). docs/edits.md says how.
-    #[command(after_help = "\
-Examples:
-  rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj
-  rhytid correct FACE.safetensors TAKE.csv --frame 120 -o smile.obj --edit EDIT.toml")]
-    Correct(Correct),
-
     /// Say why vertices are where they are in a frame.
     ///
     /// Lists the handles, strain edges and examples that drive the vertices. The nearest example is the one
@@ -252,27 +369,14 @@ Examples:
   rhytid explain FACE.safetensors TAKE.csv --frame 120 --vertex 4711,4712 --json")]
     Explain(Explain),
 
-    /// Put the wrinkles of one face on another one, with another mesh.
+    /// Read an animation back and compare it with a fresh evaluation.
     ///
-    /// Handles of the same label say how the faces correspond. The first face is laid over the second. Each
-    /// of its examples becomes an example of the second face, which is then solved. docs/transfer.md says
-    /// what carries over and how to look at it.
+    /// Exits with 0 if every vertex is where the file promises and with 1 if one is not.
     #[command(after_help = "\
 Examples:
-  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors
-  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --with-smooth-band --report report
-  rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --landmarks pairs.csv --examples made")]
-    Transfer(Transfer),
-
-    /// Say what is in a file: mesh, animation, rig, take, table, project, setup or report.
-    #[command(after_help = "\
-Examples:
-  rhytid info neutral.obj
-  rhytid info FACE.safetensors --json
-  rhytid info TAKE.csv
-  rhytid info session.c3d
-  rhytid info FACE.toml")]
-    Info(Info),
+  rhytid verify FACE.usd --rig FACE.safetensors --take TAKE.csv
+  rhytid verify FACE.glb --rig FACE.safetensors --take TAKE.csv --json")]
+    Verify(Verify),
 
     /// List the devices that can evaluate a rig.
     #[command(after_help = "\
@@ -308,22 +412,6 @@ Examples:
   rhytid bench --growth --plot bench.svg
   rhytid bench --json > bench.json")]
     Bench(Bench),
-
-    /// Look at a project for everything that would hurt its solve.
-    ///
-    /// Exits with 0 if the face can be solved and with 2 if it can't.
-    #[command(after_help = "\
-Examples:
-  rhytid doctor FACE.toml
-  rhytid doctor FACE.toml --json")]
-    Doctor(Doctor),
-
-    /// Make a face and a performance in code, solve and animate it: no input needed.
-    #[command(after_help = "\
-Examples:
-  rhytid demo
-  rhytid demo /tmp/face --vertices 530000")]
-    Demo(Demo),
 
     /// Print completions for a shell.
     #[command(after_help = "\
@@ -362,9 +450,12 @@ pub(crate) struct Solve {
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 
-    /// The rig file to write.
+    /// The rig file to write [default: beside the project file, under its name with .safetensors].
     #[arg(short, long, value_name = "FACE.safetensors")]
-    pub output: PathBuf,
+    pub output: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid stitch`
@@ -377,6 +468,9 @@ pub(crate) struct Stitch {
     /// The file to write: .usd, .usdc or .usda.
     #[arg(short, long, value_name = "OUT.usd")]
     pub output: PathBuf,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid export-shapes`
@@ -406,6 +500,9 @@ pub(crate) struct ExportShapes {
     /// software drivers last.
     #[arg(long, default_value = "auto")]
     pub device: String,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid verify`
@@ -439,9 +536,8 @@ pub(crate) struct Verify {
     #[arg(long, default_value = "auto")]
     pub device: String,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 
     #[command(flatten)]
     pub space: TakeSpace,
@@ -485,6 +581,10 @@ pub(crate) struct Prepare {
     #[arg(long)]
     pub world: bool,
 
+    #[command(flatten)]
+    pub json: Json,
+
+    // The heading is that of all options below.
     #[command(flatten, next_help_heading = "Setup, also as keys of TAKE.toml")]
     pub known: Setup,
 }
@@ -500,17 +600,15 @@ pub(crate) struct Info {
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid devices`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Devices {
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid doctor`
@@ -523,9 +621,8 @@ pub(crate) struct Doctor {
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid demo`
@@ -538,6 +635,9 @@ pub(crate) struct Demo {
     /// About how many vertices the face has, 2,000 to 4,000,000.
     #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(2_000..=4_000_000))]
     pub vertices: u32,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid completions`
@@ -553,21 +653,66 @@ pub(crate) struct Man {
     /// The folder to write to; made if it does not exist.
     #[arg(default_value = "man")]
     pub dir: PathBuf,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_definition_is_consistent() {
-        Args::command().debug_assert();
+        command().debug_assert();
+    }
+
+    #[test]
+    fn every_group_begins_with_a_command() {
+        let help = command().render_help().to_string();
+        for (group, first) in GROUPS {
+            assert!(help.contains(&format!("{group}:\n  {first}")), "{help}");
+        }
+    }
+
+    /// A screen has 50 lines of 100 characters.
+    #[test]
+    fn summaries_fit_two_screens() {
+        for command in command().term_width(100).get_subcommands_mut() {
+            let help = command.render_help().to_string();
+            assert!(help.lines().count() <= 100, "{}: {} lines", command.get_name(), help.lines().count());
+            let longest = help.lines().map(|line| line.chars().count()).max();
+            assert!(longest <= Some(100), "{help}");
+        }
+    }
+
+    #[test]
+    fn the_space_of_a_take_has_its_own_heading() {
+        let mut command = command();
+        command.build();
+        for command in command.get_subcommands() {
+            let under = command.get_opts().filter(|option| option.get_help_heading() == Some(SPACE));
+            let under: Vec<&str> = under.map(|option| option.get_id().as_str()).collect();
+            assert!(under.is_empty() || under == ["take_unit", "take_axes", "take_rate"], "{under:?}");
+        }
+    }
+
+    #[test]
+    fn help_names_pages_by_their_addresses() {
+        let mut command = command();
+        let mut help = command.render_long_help().to_string();
+        for command in command.get_subcommands_mut() {
+            help += &command.render_long_help().to_string();
+        }
+        assert!(help.matches(".md").count() > 10);
+        for (at, _) in help.match_indices("docs/") {
+            assert!(help[..at].ends_with("/blob/main/"), "{}", &help[at..at + 20]);
+        }
     }
 
     #[test]
     fn every_command_has_an_example() {
-        for command in Args::command().get_subcommands().filter(|command| !command.is_hide_set()) {
+        for command in command().get_subcommands().filter(|command| !command.is_hide_set()) {
             let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
             let example = format!("  rhytid {}", command.get_name());
             assert!(help.contains(&example), "{}: {help}", command.get_name());

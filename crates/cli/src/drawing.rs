@@ -20,8 +20,8 @@ pub(crate) fn device(wanted: &str) -> Result<DeviceInfo> {
         Error::Device { kind: DeviceErrorKind::NotFound, device, .. } => Error::Device {
             kind: DeviceErrorKind::NotFound,
             device,
-            message: "there is none to draw with; `rhytid devices` lists those of the backend wgpu, which a driver for \
-                      Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1 brings"
+            message: "there is no device to draw with; `rhytid devices` lists those of the backend wgpu, \
+                      which needs a driver for Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1"
                 .to_owned(),
         },
         other => other,
@@ -61,5 +61,7 @@ fn painter() -> Result<Painter> {
 
 #[cfg(not(feature = "wgpu"))]
 fn painter() -> Result<Painter> {
-    Err(Error::input("this program was built without wgpu, which draws them; build it with the feature wgpu"))
+    Err(Error::input(
+        "this program was built without wgpu, which draws pictures; build it with the feature wgpu",
+    ))
 }

@@ -87,7 +87,7 @@ mod tests {
 
     #[test]
     fn a_panic_is_our_fault() {
-        let ui = Ui::new(true);
+        let ui = Ui::new(true, false);
         let panics = || -> Result<ExitCode> { panic!("on purpose") };
         let shown = |code: ExitCode| format!("{code:?}");
         assert_eq!(shown(status(&ui, panics)), shown(ExitCode::from(1)));

@@ -238,8 +238,9 @@ fn warn_strain(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
         return;
     };
     ui.line(&format!(
-        "warning: {}: between {a} and {b} the skin is stretched by {:.0} % in frame {frame} ({:.2} s), far beyond any example; {} like it: a \
-         label that slid or was swapped, or that names another place on the rig",
+        "warning: {}: between {a} and {b} the skin is stretched by {:.0} % in frame {frame} ({:.2} s), far \
+         beyond any example ({} like it); look for a label that slid or was swapped, or that names another \
+         place on the rig",
         path.display(),
         100.0 * strain,
         take.times[frame],
@@ -268,7 +269,8 @@ fn times(take: &mut Take, rate: Option<f64>, path: &Path, ui: &Ui) {
         () => return,
     };
     ui.line(&format!(
-        "warning: {}: a frame a second or less: its times look like {what}; give --take-rate 30, or what the rate was",
+        "warning: {}: its times look like {what}, expected seconds; give the frame rate, such as --take-rate \
+         30",
         path.display()
     ));
 }

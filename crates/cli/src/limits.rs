@@ -75,8 +75,8 @@ pub(crate) fn of_panic(message: &str) -> Option<String> {
 
 fn no_thread(said: &str) -> String {
     format!(
-        "a thread cannot be started: {said}; this account has too many processes (`ulimit -u`), or this one may have too \
-         little memory (`ulimit -v`)"
+        "a thread cannot be started: {said}; this account may have too many processes (`ulimit -u`), or this \
+         process too little memory (`ulimit -v`)"
     )
 }
 

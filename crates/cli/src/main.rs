@@ -16,7 +16,6 @@ mod progress;
 mod quiet_drivers;
 mod remedy;
 
-use clap::Parser;
 use std::process::ExitCode;
 use std::sync::Arc;
 
@@ -27,8 +26,8 @@ fn main() -> ExitCode {
 
 fn program() -> ExitCode {
     exit::install_panic_hook();
-    let args = args::Args::parse();
-    let ui = Arc::new(progress::Ui::new(args.quiet));
+    let args = args::Args::read();
+    let ui = Arc::new(progress::Ui::new(args.quiet, args.verbose > 0));
     progress::install_logger(&ui, args.quiet, args.verbose);
     interrupt::install(&ui);
     exit::status(&ui, || cmd::run(&args, &ui))

@@ -1,5 +1,7 @@
 //! Standard output.
 
+use crate::args::Json;
+use crate::progress::Ui;
 use rhytid::core::AtomicFile;
 use rhytid::{Error, Result};
 use serde::Serialize;
@@ -31,6 +33,41 @@ pub(crate) fn json(value: &impl Serialize) -> Result<()> {
     let text = serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?;
     // Characters below a space are escaped already. Outside of strings JSON is ASCII.
     line(&escaped(&text, |c| format!("\\u{:04x}", u32::from(c))))
+}
+
+/// Ends a command with what it did: as JSON if the user asks for it, else as text, and not with `--quiet`.
+///
+/// # Errors
+/// As [`say`].
+pub(crate) fn done(json: Json, ui: &Ui, value: &impl Serialize, text: impl FnOnce() -> String) -> Result<()> {
+    match (json.wanted, ui.is_quiet()) {
+        (true, _) => self::json(value),
+        (false, true) => Ok(()),
+        (false, false) => say(&text()),
+    }
+}
+
+/// The lines that say which commands come next. A build without a window does not name `view`.
+pub(crate) fn next(commands: &[String]) -> String {
+    let is_there = |command: &&String| cfg!(feature = "view") || !command.contains("rhytid view ");
+    let lines = commands.iter().filter(is_there).map(|command| format!("\n  {command}"));
+    format!("\nNext:{}", lines.collect::<String>())
+}
+
+/// Names in one line: all with `--verbose`, else the first few and the number of the others.
+pub(crate) fn names(names: &[String], ui: &Ui) -> String {
+    const SHOWN: usize = 6;
+    if ui.is_verbose() || names.len() <= SHOWN {
+        return names.join(", ");
+    }
+    format!("{} and {} more", names[..SHOWN].join(", "), names.len() - SHOWN)
+}
+
+/// A path as a word of a shell's command line.
+pub(crate) fn word(path: &Path) -> String {
+    let text = path.display().to_string();
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+:\\~".contains(c);
+    if !text.is_empty() && text.chars().all(is_plain) { text } else { format!("\"{text}\"") }
 }
 
 /// `text` without characters that a terminal would obey. Of control characters only line ends stay. A name in
@@ -93,6 +130,20 @@ pub(crate) fn numbered(name: &str, frame: usize) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn few_names_are_shown_unless_more_are_asked_for() {
+        let labels: Vec<String> = (0..9).map(|i| i.to_string()).collect();
+        assert_eq!(names(&labels, &Ui::new(false, false)), "0, 1, 2, 3, 4, 5 and 3 more");
+        assert_eq!(names(&labels, &Ui::new(false, true)), "0, 1, 2, 3, 4, 5, 6, 7, 8");
+        assert_eq!(names(&labels[..6], &Ui::new(false, false)), "0, 1, 2, 3, 4, 5");
+    }
+
+    #[test]
+    fn names_with_blanks_are_quoted() {
+        assert_eq!(word(Path::new("a b/face.usd")), "\"a b/face.usd\"");
+        assert_eq!(word(Path::new("a/face-1.usd")), "a/face-1.usd");
+    }
 
     #[test]
     fn what_a_terminal_would_obey_is_escaped() {

@@ -2,6 +2,7 @@
 //! `--quiet`. All of it goes to stderr.
 
 use crate::{output, remedy};
+use clap::builder::styling::AnsiColor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rhytid::Progress;
 use rhytid::core::Warning;
@@ -25,6 +26,7 @@ enum Mode {
 #[derive(Debug)]
 pub(crate) struct Ui {
     mode: Mode,
+    verbose: bool,
     step: Mutex<Option<Step>>,
     finished: Mutex<Vec<(&'static str, Duration)>>,
     /// Whether the user asked to stop.
@@ -42,13 +44,24 @@ struct Step {
 
 impl Ui {
     /// Silent if `quiet`, else as stderr allows.
-    pub(crate) fn new(quiet: bool) -> Self {
+    pub(crate) fn new(quiet: bool, verbose: bool) -> Self {
         let mode = match quiet {
             true => Mode::Silent,
             false if io::stderr().is_terminal() => Mode::Bars,
             false => Mode::Lines,
         };
-        Self { mode, step: Mutex::default(), finished: Mutex::default(), stops: AtomicBool::default() }
+        Self {
+            mode,
+            verbose,
+            step: Mutex::default(),
+            finished: Mutex::default(),
+            stops: AtomicBool::default(),
+        }
+    }
+
+    /// Whether times, settings and whole lists are wanted.
+    pub(crate) fn is_verbose(&self) -> bool {
+        self.verbose
     }
 
     /// Whether summaries and notes are wanted.
@@ -117,11 +130,24 @@ impl Ui {
 }
 
 fn write_above(step: Option<&Step>, text: &str) {
-    let write = || drop(writeln!(io::stderr().lock(), "{}", output::harmless(text)));
+    // The stream drops the colours if stderr is no terminal, or if NO_COLOR is set.
+    let write = || drop(writeln!(anstream::stderr().lock(), "{}", coloured(&output::harmless(text))));
     match step {
         Some(step) => step.bar.suspend(write),
         None => write(),
     }
+}
+
+/// The line with its label, such as `warning:`, in the colour that clap gives it.
+fn coloured(line: &str) -> String {
+    let labels = [("error", AnsiColor::Red), ("warning", AnsiColor::Yellow), ("note", AnsiColor::Cyan)];
+    for (label, colour) in labels {
+        if let Some(rest) = line.strip_prefix(label).and_then(|rest| rest.strip_prefix(':')) {
+            let style = colour.on_default().bold();
+            return format!("{style}{label}:{style:#}{rest}");
+        }
+    }
+    line.to_owned()
 }
 
 impl Progress for Ui {
@@ -212,5 +238,16 @@ impl Write for LogLines {
 
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn labels_are_coloured_and_nothing_else() {
+        assert_eq!(coloured("warning: a note: b"), "\u{1b}[1m\u{1b}[33mwarning:\u{1b}[0m a note: b");
+        assert_eq!(coloured("read: 1.2 s"), "read: 1.2 s");
     }
 }

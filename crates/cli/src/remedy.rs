@@ -46,9 +46,10 @@ fn words(remedy: Remedy) -> Option<&'static str> {
         Remedy::KeepSlides => "--skip slides",
         Remedy::DropStretch => "--drop",
         Remedy::MarkerTable => {
-            "`rhytid prepare --write-markers TABLE.csv`, which writes it, and --markers TABLE.csv, which reads it"
+            "`rhytid prepare --write-markers TABLE.csv`, which writes the table, and --markers TABLE.csv, \
+             which reads it"
         }
-        Remedy::WriteFrame => "`rhytid correct`, which writes this one",
+        Remedy::WriteFrame => "`rhytid correct`, which writes the mesh of a frame",
         // A warning without a remedy in this program.
         _ => return None,
     })

@@ -41,8 +41,8 @@ impl<S: Session> Animator<S> {
             && let Some((i, c)) = c.enumerate().find(|(_, c)| 0.5 * c.abs() > LARGEST_FP16)
         {
             return Err(Error::out_of_range(format!(
-                "the linear band of vertex {} has the weight {c}, expected at most {} in size to be stored as fp16, by its half; \
-                 store it as f32",
+                "the linear band of vertex {} has the weight {c}, expected at most {} in size, because its \
+                 half is stored as fp16; store it as f32",
                 i / (3 * rig.examples().len()),
                 2.0 * LARGEST_FP16
             )));

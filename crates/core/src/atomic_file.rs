@@ -1,4 +1,5 @@
 //! Files that appear whole.
+use crate::named_file::folder_of;
 use crate::steady_file::SteadyFile;
 use crate::temporary::{self, Temporary};
 use crate::{Error, Result};
@@ -105,11 +106,6 @@ impl AtomicFile {
     }
 }
 
-/// The folder that a file is in.
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
 /// Longer chains of links are circles.
 const LINKS: usize = 40;
 
@@ -125,7 +121,10 @@ fn followed(path: &Path) -> Result<PathBuf> {
             _ => return Ok(at),
         }
     }
-    Err(Error::bad_path(format!("{}: is a link that leads in a circle", path.display())))
+    Err(Error::bad_path(format!(
+        "{}: is a link that leads back to itself; choose another name",
+        path.display()
+    )))
 }
 
 /// Gives a file the mode and the owner of the file that it replaces. A user who may not change the owner

@@ -219,24 +219,36 @@ impl ChannelKind {
         self == Self::Normals
     }
 
-    /// What the kind is and what it is for, as a phrase that follows “write”. For a kind that is there by
-    /// default, the phrase follows “leave”.
+    /// What the kind is, as a phrase that follows “write”. For a kind that is there by default, the phrase
+    /// follows “leave”.
     pub fn description(self) -> &'static str {
         match self {
-            Self::Normals => {
-                "the normals out: the file is half as large, and the program that opens it makes its own"
-            }
+            Self::Normals => "the normals out",
             Self::Velocities => "velocities, for motion blur",
+            Self::Sigma => "how uncertain each vertex is",
+            Self::Strain => "how much skin is stretched and squeezed",
+            Self::Wrinkles => "how strongly each example's wrinkles are on",
+        }
+    }
+
+    /// The kind's names and units in a file, in whole sentences.
+    pub fn details(self) -> &'static str {
+        match self {
+            Self::Normals => {
+                "Without normals the file is half as large, and the program that opens it makes its own."
+            }
+            Self::Velocities => "Velocities are in mesh units per second.",
             Self::Sigma => {
-                "how far each vertex may be from where a scan of the frame would have it, as the primvar sigma, in mesh units"
+                "The primvar sigma is how far a vertex may be from where a scan of the frame would have it, in \
+                 mesh units; docs/coverage.md describes it."
             }
             Self::Strain => {
-                "how much the skin is stretched and squeezed at each vertex and which way, for shaders: the primvars strain, strainDirection1 and \
-                 strainDirection2; docs/strain.md says what they are"
+                "The primvars strain, strainDirection1 and strainDirection2 say how much and which way, for \
+                 shaders; docs/strain.md describes them."
             }
             Self::Wrinkles => {
-                "how far the folds of each example are switched on at each vertex, from 0 to 1, for wrinkle maps: the primvars wrinkle_EXAMPLE; \
-                 docs/wrinkles.md says what they are"
+                "The primvars wrinkle_EXAMPLE have a number from 0 to 1 at each vertex, for wrinkle maps; \
+                 docs/wrinkles.md describes them."
             }
         }
     }

@@ -122,7 +122,7 @@ impl Rig {
                 let off = vec3::sub(a[e], b[e]);
                 vec3::dot(off, off)
             };
-            self.listens_to(vertex).map(|(e, weight)| weight * square(e)).sum::<f64>().max(0.0).sqrt()
+            self.influences_of(vertex).map(|(e, weight)| weight * square(e)).sum::<f64>().max(0.0).sqrt()
         };
         let from_rest = apart(&frame, &rest);
         let examples = self.examples().handles.rows().zip(self.fold_row(vertex));

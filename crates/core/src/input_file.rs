@@ -35,7 +35,9 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     let announced = file.metadata().map_err(Error::io(path))?;
     let too_large = |has: String| {
         let most = human::bytes(limit);
-        Err(Error::too_large(format!("{shown}: {has}, expected at most {most}; is it what its name says?")))
+        Err(Error::too_large(format!(
+            "{shown}: {has}, expected at most {most}; check that it is the file that you mean"
+        )))
     };
     if announced.is_file() && announced.len() > limit {
         return too_large(format!("has {}", human::bytes(announced.len())));

@@ -73,7 +73,7 @@ impl<T: Real> Learned<T> {
 impl<T: Real> Rig<T> {
     /// The influences of vertex `v` in a rig of the learned method: features and their weights ω. K strain
     /// edges come first, then A anchors.
-    pub fn listens_to(&self, v: usize) -> impl Iterator<Item = (usize, f64)> {
+    pub fn influences_of(&self, v: usize) -> impl Iterator<Item = (usize, f64)> {
         let edges = self.handles().strain_edges.len();
         let of_edges = self.influences().at(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha.widen()));
         let of_anchors = self.learned().into_iter().flat_map(move |learned| {
@@ -131,7 +131,7 @@ impl<T: Real> Rig<T> {
         let of_vertex = |v: usize| {
             let mut constant = [0.0; 3];
             for (c, squares) in half.row(v).iter().zip(at_rest.rows()) {
-                let squared: f64 = self.listens_to(v).map(|(e, omega)| omega * squares[e]).sum();
+                let squared: f64 = self.influences_of(v).map(|(e, omega)| omega * squares[e]).sum();
                 constant = vec3::add(constant, c.map(|c| c.widen() * squared));
             }
             constant.map(T::round_from)

@@ -19,7 +19,7 @@ pub fn refuse_inputs<'a>(
     for (i, output) in outputs.iter().enumerate() {
         if let Some(input) = inputs.clone().into_iter().find(|input| are_one(output, input)) {
             return Err(Error::input(format!(
-                "{}: is {}, which this command reads, and would be overwritten; choose another name",
+                "{}: is {}, which this command reads and would overwrite; choose another name",
                 output.display(),
                 input.display()
             ))
@@ -27,7 +27,7 @@ pub fn refuse_inputs<'a>(
         }
         if let Some(other) = outputs[..i].iter().find(|other| is_one(output, other)) {
             return Err(Error::input(format!(
-                "{}: is given for two outputs, the other being {}; choose two names",
+                "{}: is given for two outputs, because it is the same file as {}; choose two names",
                 output.display(),
                 other.display()
             ))

@@ -173,19 +173,19 @@ impl Plan {
         let unsupported = |what: &str, needs: usize, has: usize| Error::Device {
             kind: DeviceErrorKind::Unsupported,
             device: device.to_owned(),
-            message: format!("{what} needs {needs}, and this device has {has} at the most"),
+            message: format!("the rig needs {needs} {what}, and this device has at most {has}"),
         };
         let workgroup = WORKGROUP_SIZE as usize;
         let most_vertices = (limits.max_workgroups as usize).saturating_mul(workgroup);
         let longest = if sizes.bands { sizes.features() } else { sizes.edges };
         if longest > most_vertices {
-            return Err(unsupported("the number of strain edges and handles", longest, most_vertices));
+            return Err(unsupported("strain edges and handles", longest, most_vertices));
         }
 
         let basis_bytes = sizes.handles * if fp16_basis { 2 } else { 4 };
         let tile_bytes = TILE * basis_bytes.max(sizes.centers.max(sizes.fold_weights()) * 12);
         if tile_bytes > limit {
-            return Err(unsupported("a binding of 16 vertices, in bytes,", tile_bytes, limit));
+            return Err(unsupported("bytes of 16 vertices in one buffer binding", tile_bytes, limit));
         }
         let (fan_offsets, influence_offsets) = (contents::fan_offsets(rig), contents::influence_offsets(rig));
         let most_tiles = (limit / tile_bytes).min(most_vertices / TILE).max(1);
@@ -204,7 +204,7 @@ impl Plan {
         let of_bands = if sizes.bands { (sizes.centers - 1).max(2) * sizes.features() * 12 } else { 0 };
         let whole = frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(of_bands);
         if whole > limit {
-            return Err(unsupported("a binding, in bytes,", whole, limit));
+            return Err(unsupported("bytes in one buffer binding", whole, limit));
         }
         let frames_per_slice =
             (limit / frame_bytes).min(limits.max_workgroups as usize).min(options.max_frames);

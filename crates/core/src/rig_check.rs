@@ -108,7 +108,7 @@ impl<T: Real> RigParts<T> {
             }
         }
         if learned.reach.is_nan() || learned.reach < 1.0 {
-            return fail(format!("reach is {}, which is out of its range", learned.reach));
+            return fail(format!("reach is {}, which must be 1 or more", learned.reach));
         }
         below("anchors", HandleId::numbers(learned.anchors.as_slice()), self.handles.len())?;
         finite("anchor_weights", learned.anchor_weights.as_slice())?;

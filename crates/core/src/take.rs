@@ -106,8 +106,8 @@ impl Take {
             let steps = self.times.windows(2).map(|times| times[1] - times[0]).enumerate();
             let (before, step) = steps.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or_default();
             return Err(Error::too_large(format!(
-                "the take has {} frames, which would be {count} at {fps} per second: frame {} comes {step:.1} s after the one before \
-                 it; cut the take there, or check its times",
+                "the take has {} frames, but would have {count} at {fps} per second, because frame {} comes \
+                 {step:.1} s after the frame before it; cut the take there, or check its times",
                 self.frames(),
                 before + 1
             )));

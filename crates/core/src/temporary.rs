@@ -80,7 +80,7 @@ fn named(folder: &Path) -> io::Result<NamedTempFile> {
         }
     }
     Err(io::Error::other(
-        "its temporary file is taken away again and again; is another program cleaning the folder?",
+        "another program keeps removing its temporary file; stop that program, or choose another folder",
     ))
 }
 

@@ -7,6 +7,8 @@ use crate::backends;
 use crate::guard::Guard;
 use crate::trial::{Broken, Cache, Trial, cache_file, read_cache, try_guarded, write_cache};
 use crate::{listing, manifests};
+use rhytid_conformance::TIMED_VERTICES;
+use rhytid_core::human;
 use rhytid_core::{DeviceErrorKind, DeviceInfo, Error, NoProgress, Progress, Remedy, Result, Warning};
 
 /// The device with this id, or the first of a backend that is named alone.
@@ -42,7 +44,7 @@ pub struct Choice {
 /// Why `auto` chose a device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Reason {
-    /// The device and its speed: `cpu:0 (AMD EPYC), 364 frames/s`.
+    /// The device and its speed: `cpu:0 (AMD EPYC), 364 frames/s at 65,536 vertices`.
     pub device: String,
     /// Sentences about the devices with which it was compared.
     pub details: String,
@@ -115,7 +117,7 @@ fn auto(guard: Guard, progress: &dyn Progress) -> Result<Choice> {
         if let Some(path) = &cache
             && let Err(error) = write_cache(path, &known)
         {
-            log::warn!("what was found out about the devices is not cached: {error}");
+            log::warn!("the results of trying the devices could not be cached: {error}");
         }
     }
     rank(tried, untried, progress)
@@ -133,7 +135,7 @@ fn remembering(known: &mut Cache, guard: Guard) -> backends::Found {
     }
     for Broken { backend, why, .. } in known.broken.iter().filter(|known| broken.contains(&known.backend)) {
         if let Some(&name) = backends::names().iter().find(|name| *name == backend) {
-            let why = format!("{why} (so it was before; whoever lists all devices looks again)");
+            let why = format!("{why} (so it was before; listing all devices tries it again)");
             found.failed.push((name, listing::failure(name, why)));
         }
     }
@@ -172,8 +174,8 @@ fn rank(mut tried: Vec<(DeviceInfo, Trial)>, untried: usize, progress: &dyn Prog
     // Software drivers are compared with each other if there are no other devices.
     let compared = if software < tried.len() { tried.len() - software } else { software };
     let mut details = format!(
-        "{} is the fastest of {compared} devices that pass the quick conformance suite, with frames of 65,536 \
-         vertices. {total} devices were found.",
+        "{} is the fastest of {compared} devices that pass the quick conformance suite. {total} devices were \
+         found.",
         first.id()
     );
     if untried > 0 {
@@ -181,7 +183,13 @@ fn rank(mut tried: Vec<(DeviceInfo, Trial)>, untried: usize, progress: &dyn Prog
     } else if software > 0 && software < tried.len() {
         details += &format!(" {software} software drivers come last.");
     }
-    let device = format!("{} ({}), {:.0} frames/s", first.id(), first.name, best.frames_per_second);
+    let device = format!(
+        "{} ({}), {:.0} frames/s at {} vertices",
+        first.id(),
+        first.name,
+        best.frames_per_second,
+        human::count(TIMED_VERTICES)
+    );
     let devices = tried.into_iter().map(|(device, _)| device).collect();
     Ok(Choice { devices, reason: Some(Reason { device, details }) })
 }
@@ -226,7 +234,7 @@ mod tests {
         let choice = rank(all, 0, &NoProgress).unwrap();
         assert_eq!(names(&choice), ["fast", "middling", "slow"]);
         let Reason { device, details } = choice.reason.unwrap();
-        assert!(device.ends_with("(fast), 900 frames/s"), "{device}");
+        assert!(device.ends_with("(fast), 900 frames/s at 65,536 vertices"), "{device}");
         assert!(
             details.contains("fastest of 3 devices") && details.contains("4 devices were found"),
             "{details}"

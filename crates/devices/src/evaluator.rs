@@ -135,11 +135,11 @@ fn upload_to_next<'a>(
 fn advised(error: Error) -> Error {
     match error {
         Error::Device { kind: kind @ DeviceErrorKind::OutOfMemory, device, message } => {
-            let message = format!("{message}; take a device with more memory");
+            let message = format!("{message}; use a device with more memory");
             Error::Device { kind, device, message }
         }
         Error::Device { kind: kind @ DeviceErrorKind::Lost, device, message } => {
-            let message = format!("{message}; start again, or take another device");
+            let message = format!("{message}; start again, or use another device");
             Error::Device { kind, device, message }
         }
         other => other,
@@ -203,7 +203,7 @@ mod tests {
     fn the_last_device_is_an_error() {
         for (devices, expected, words) in [
             (&["read:2"][..], DeviceErrorKind::Lost, "unplugged; start again"),
-            (&["evaluate:1", "upload"], DeviceErrorKind::OutOfMemory, "full; take a device with more memory"),
+            (&["evaluate:1", "upload"], DeviceErrorKind::OutOfMemory, "full; use a device with more memory"),
         ] {
             let Err(Error::Device { kind, message, .. }) = play(devices).0 else { panic!("{devices:?}") };
             assert!(kind == expected && message.contains(words), "{kind:?}: {message}");

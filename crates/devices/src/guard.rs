@@ -91,7 +91,7 @@ impl Guard {
                 }
                 Err(RecvTimeoutError::Timeout) if heard.elapsed() > patience => {
                     let seconds = patience.as_secs();
-                    return Err(fault(format!("its driver hangs: nothing was heard of it for {seconds} s")));
+                    return Err(fault(format!("its driver hangs: it did not answer for {seconds} s")));
                 }
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => break,
@@ -107,7 +107,7 @@ impl Guard {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
-        Err(fault("its driver hangs, having closed what it was to answer on".into()))
+        Err(fault("its driver hangs after closing its output".into()))
     }
 }
 
@@ -184,8 +184,8 @@ fn how(status: ExitStatus) -> String {
         }
     }
     match status.code() {
-        Some(code) => format!("its driver ends the program that looks at it, with exit code {code}"),
-        None => "its driver ends the program that looks at it".into(),
+        Some(code) => format!("its driver ends the program that tries it, with exit code {code}"),
+        None => "its driver ends the program that tries it".into(),
     }
 }
 
@@ -221,7 +221,7 @@ mod tests {
             ("exit 3", "with exit code 3"),
             ("kill -SEGV $$", "crashes (a wrong address, signal 11)"),
             ("kill -BUS $$", "is the disk with its cache full"),
-            ("echo 'rhytid: 1'; sleep 60", "hangs: nothing was heard of it for 1 s"),
+            ("echo 'rhytid: 1'; sleep 60", "hangs: it did not answer for 1 s"),
         ] {
             let said = asked(script).unwrap_err();
             assert!(said.contains(why) && said.starts_with("vulkan: "), "{script}: {said}");

@@ -15,7 +15,7 @@ pub(crate) fn devices_but(guard: Guard, left_out: &[String]) -> Found {
         std::thread::scope(|scope| {
             let threads: Vec<_> =
                 wanted().map(|entry| (entry.name, scope.spawn(move || list_one(entry, guard)))).collect();
-            let ended = |name| Err(failure(name, "looking at it panicked".into()));
+            let ended = |name| Err(failure(name, "listing its devices panicked".into()));
             threads
                 .into_iter()
                 .map(|(name, thread)| (name, thread.join().unwrap_or_else(|_| ended(name))))
@@ -74,7 +74,7 @@ fn culprits(backend: &str, error: Error, guard: Guard) -> Error {
     }
     let names: Vec<String> = fails.iter().map(|driver| driver.display().to_string()).collect();
     let remedy = manifests::remedy(backend, &fails);
-    failure(backend, format!("{}: that of {}; {remedy}", message_of(&error), names.join(" and ")))
+    failure(backend, format!("{}; the driver is {}: {remedy}", message_of(&error), names.join(" and ")))
 }
 
 /// The answer of a child.

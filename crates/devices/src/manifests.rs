@@ -77,7 +77,7 @@ pub(crate) fn remedy(backend: &str, drivers: &[&PathBuf]) -> String {
     if backend == "vulkan" {
         let names: Vec<String> =
             drivers.iter().filter_map(|driver| Some(driver.file_name()?.display().to_string())).collect();
-        format!("remove or update it, or do without it: VK_LOADER_DRIVERS_DISABLE={}", names.join(","))
+        format!("remove or update it, or turn it off with VK_LOADER_DRIVERS_DISABLE={}", names.join(","))
     } else {
         "remove or update it".into()
     }

@@ -19,7 +19,8 @@ pub(crate) struct Trial {
     pub(crate) driver: String,
     /// What failed: `kernel/case`, or the device's error without its name. Empty where everything passed.
     pub(crate) failed: Vec<String>,
-    /// The speed for a face of 65,536 vertices with positions and normals read back. 0 if the trial failed.
+    /// Frames per second of the conformance suite's timing case, with positions and normals read back. 0 if
+    /// the trial failed.
     pub(crate) frames_per_second: f64,
 }
 
@@ -139,9 +140,11 @@ pub(crate) fn cache_file() -> Option<PathBuf> {
     Some(strategy.cache_dir().join("rhytid").join("devices.json"))
 }
 
-/// The version of the program. Results of another version are not used.
+/// The version of the program. Results of another version are not used, nor those of a build for debugging,
+/// which is a hundred times slower.
 fn program() -> String {
-    format!("{} {COMMIT}", env!("CARGO_PKG_VERSION"))
+    let build = if cfg!(debug_assertions) { " debug" } else { "" };
+    format!("{} {COMMIT}{build}", env!("CARGO_PKG_VERSION"))
 }
 
 /// The remembered results of this program. Without a readable file, there are none.

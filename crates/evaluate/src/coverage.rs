@@ -4,10 +4,10 @@
 use crate::Regions;
 use rhytid_capture::coverage::{Difference, Edge, edges_beyond, largest_strains};
 use rhytid_core::{Error, Progress, Result, Rig, Take};
-use rhytid_solve::{Confidence, FAR, ScanPlan, plan_scans};
+use rhytid_solve::{Confidence, EXTRAPOLATION, ScanPlan, plan_scans};
 use serde::Serialize;
 
-/// A frame is covered if its σ is at most this part of the σ of an example that is left out.
+/// A frame is covered if its σ is at most this part of the σ of an expression without a scan.
 pub const COVERED: f64 = 0.5;
 
 /// The number of sampled vertices, which stand for all.
@@ -46,9 +46,10 @@ pub struct Coverage {
 pub struct TakeSigma {
     /// The σ of each frame, RMS over the face, in millimetres.
     pub frames_mm: Vec<f64>,
-    /// The σ of an example that is left out, in millimetres: the scale for the other values.
+    /// The σ of an expression without a scan, in millimetres: the scale for the other values. The rig expects
+    /// it, as the mean over its examples; it is not measured.
     pub left_out_mm: f64,
-    /// Frames whose σ is at most [`COVERED`] times that of an example that is left out.
+    /// Frames whose σ is at most [`COVERED`] times that of an expression without a scan.
     pub covered: usize,
     /// Stretches of frames that are far from the examples.
     pub far: Vec<Far>,
@@ -67,7 +68,7 @@ pub struct Far {
     pub time: f64,
     /// The region that is farthest in it.
     pub region: String,
-    /// How far it is, as a ratio above [`FAR`].
+    /// How far it is, as a ratio above [`EXTRAPOLATION`].
     pub times: f64,
     /// The quantity that is far.
     pub of: FarOf,
@@ -77,7 +78,7 @@ pub struct Far {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum FarOf {
-    /// σ, as a multiple of the σ of an example that is left out: in the region or over the whole face,
+    /// σ, as a multiple of the σ of an expression without a scan: in the region or over the whole face,
     /// whichever is larger.
     Uncertainty,
     /// The vector strains, as a multiple of those of the example that is strained most in the region. If half
@@ -90,7 +91,7 @@ impl std::fmt::Display for FarOf {
     /// As in “3.2 times as …”.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(match self {
-            Self::Uncertainty => "uncertain as an example that is left out",
+            Self::Uncertainty => "uncertain as an expression without a scan",
             Self::Strain => "strained as any example",
         })
     }
@@ -257,7 +258,8 @@ pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Prog
     let name =
         |region: usize| regions.names().get(region).map_or("the whole face", String::as_str).to_owned();
     let mut far: Vec<Far> = Vec::new();
-    for (frame, &(region, times, of)) in farthest.iter().enumerate().filter(|(_, (_, times, _))| *times > FAR)
+    for (frame, &(region, times, of)) in
+        farthest.iter().enumerate().filter(|(_, (_, times, _))| *times > EXTRAPOLATION)
     {
         let time = take.times[frame];
         let here = Far { first: frame, frames: 1, farthest: frame, time, region: name(region), times, of };

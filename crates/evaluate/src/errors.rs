@@ -12,7 +12,7 @@ pub struct Errors {
     pub rms_mm: f64,
     /// The 95th percentile: 950 of 1000 distances are at most this.
     pub p95_mm: f64,
-    /// The same for 999 of 1000.
+    /// The 99.9th percentile.
     pub p99_9_mm: f64,
     /// The largest.
     pub worst_mm: f64,
@@ -38,6 +38,8 @@ pub struct RegionError {
 /// Sums up distances, frame by frame.
 pub(crate) struct Sum<'a> {
     regions: &'a Regions,
+    /// V: how much each vertex counts. A vertex of weight 0 is not compared.
+    weights: Vec<f64>,
     /// Millimetres in a mesh unit.
     millimetres: f64,
     /// Of all frames × vertices, for the quantiles.
@@ -49,12 +51,19 @@ pub(crate) struct Sum<'a> {
 }
 
 impl<'a> Sum<'a> {
+    /// Every vertex counts the same.
     pub(crate) fn new(regions: &'a Regions, vertices: usize, millimetres: f64) -> Self {
+        Self::weighted(regions, vec![1.0; vertices], millimetres)
+    }
+
+    /// Each vertex counts by its weight.
+    pub(crate) fn weighted(regions: &'a Regions, weights: Vec<f64>, millimetres: f64) -> Self {
         Self {
             regions,
             millimetres,
             all: Vec::new(),
-            squares: vec![0.0; vertices],
+            squares: vec![0.0; weights.len()],
+            weights,
             worst: (0.0, 0, 0),
             worst_of_region: vec![0.0; regions.names().len()],
             frames: 0,
@@ -67,6 +76,9 @@ impl<'a> Sum<'a> {
             let distance = distance * self.millimetres;
             self.all.push(distance as f32);
             self.squares[v] += distance * distance;
+            if self.weights[v] == 0.0 {
+                continue;
+            }
             // NaN also counts as the worst, and stays.
             if distance > self.worst.0 || distance.is_nan() {
                 self.worst = (distance, self.frames, v);
@@ -86,32 +98,53 @@ impl<'a> Sum<'a> {
 
     pub(crate) fn finish(mut self) -> Errors {
         let count = self.regions.names().len();
-        let (mut squares, mut vertices) = (vec![0.0; count], vec![0_usize; count]);
-        for (v, square) in self.squares.iter().enumerate() {
+        let frames = self.frames.max(1) as f64;
+        let (mut squares, mut weights) = (vec![0.0; count], vec![0.0; count]);
+        for (v, (square, weight)) in self.squares.iter().zip(&self.weights).enumerate() {
             if let Some(region) = self.regions.of_vertex(VertexId::from_index(v)) {
-                squares[region] += square;
-                vertices[region] += 1;
+                squares[region] += weight * square;
+                weights[region] += weight;
             }
         }
-        let rms = |sum: f64, vertices: usize| (sum / (vertices * self.frames).max(1) as f64).sqrt();
+        let rms = |squares: f64, weight: f64| match weight > 0.0 {
+            true => (squares / (weight * frames)).sqrt(),
+            false => 0.0,
+        };
         let of_region = |(i, region): (usize, &String)| RegionError {
             region: region.clone(),
-            rms_mm: rms(squares[i], vertices[i]),
+            rms_mm: rms(squares[i], weights[i]),
             worst_mm: self.worst_of_region[i],
         };
         let mut regions: Vec<RegionError> = self.regions.names().iter().enumerate().map(of_region).collect();
         regions.sort_by(|a, b| b.rms_mm.total_cmp(&a.rms_mm));
-        let rms_mm = rms(self.squares.iter().sum(), self.squares.len());
-        let mut quantile = |per_mille: usize| match self.all.len() {
-            0 => 0.0,
-            n => {
-                let at = (n * per_mille).div_ceil(1000).max(1) - 1;
-                f64::from(*self.all.select_nth_unstable_by(at, f32::total_cmp).1)
-            }
-        };
-        let (p95_mm, p99_9_mm) = (quantile(950), quantile(999));
+        let total: f64 = self.weights.iter().sum();
+        let all = self.squares.iter().zip(&self.weights).map(|(square, weight)| weight * square).sum();
+        let (p95_mm, p99_9_mm) = (self.quantile(0.95), self.quantile(0.999));
         let (worst_mm, frame, vertex) = self.worst;
-        Errors { rms_mm, p95_mm, p99_9_mm, worst_mm, frame, vertex, regions }
+        Errors { rms_mm: rms(all, total), p95_mm, p99_9_mm, worst_mm, frame, vertex, regions }
+    }
+
+    /// The smallest distance that at least `part` of the weight does not exceed.
+    fn quantile(&mut self, part: f64) -> f64 {
+        if self.weights.iter().all(|weight| *weight == 1.0) {
+            // Selecting needs no memory, and a take has 10⁸ distances.
+            let at = (self.all.len() as f64 * part).ceil().max(1.0) as usize - 1;
+            return match self.all.is_empty() {
+                true => 0.0,
+                false => f64::from(*self.all.select_nth_unstable_by(at, f32::total_cmp).1),
+            };
+        }
+        let weights = self.weights.iter().cycle();
+        let mut all: Vec<(f32, f64)> = self.all.iter().copied().zip(weights.copied()).collect();
+        all.retain(|(_, weight)| *weight > 0.0);
+        all.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let total: f64 = all.iter().map(|(_, weight)| weight).sum();
+        let mut sum = 0.0;
+        let found = all.iter().find(|(_, weight)| {
+            sum += weight;
+            sum >= part * total
+        });
+        found.or(all.last()).map_or(0.0, |(distance, _)| f64::from(*distance))
     }
 }
 
@@ -143,6 +176,12 @@ mod tests {
             (errors.regions[1].rms_mm - (18.0_f64 / 4.0).sqrt()).abs() < 1e-12
                 && errors.regions[1].worst_mm == 3.0
         );
+        // Weights: the third vertex counts three times, the first not at all.
+        let mut sum = Sum::weighted(&regions, vec![0.0, 1.0, 3.0, 1.0], 10.0);
+        sum.add([9.0, 0.2, 0.1, 0.4].into_iter());
+        let errors = sum.finish();
+        assert!((errors.rms_mm - (23.0_f64 / 5.0).sqrt()).abs() < 1e-12, "{errors:?}");
+        assert_eq!((errors.worst_mm, errors.vertex, errors.p95_mm), (4.0, 3, 4.0));
         let apart: Vec<f64> =
             distances(&[0.0, 0.0, 0.0, 1.0, 1.0, 1.0], &[3.0, 0.0, 4.0, 1.0, 1.0, 1.0]).collect();
         assert_eq!(apart, [5.0, 0.0]);

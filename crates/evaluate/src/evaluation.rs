@@ -17,9 +17,9 @@ pub struct Evaluation {
     pub vertices: usize,
     /// H.
     pub handles: usize,
-    /// The error of the smooth part of each example if that example were left out. `None` without examples,
-    /// or by the chapter's method. The level is pessimistic, because each example is far from the others. The
-    /// distribution over the face is right.
+    /// The error of the smooth part of each example if that example were left out, over the skin by area.
+    /// `None` without examples, or by the chapter's method. The level is pessimistic, because each example is
+    /// far from the others. The distribution over the face is right.
     pub leave_one_out: Option<LeaveOneOut>,
     /// The effect of the noise of markers on the skin, at the rest pose and the examples.
     pub noise: NoiseAnswer,
@@ -95,16 +95,17 @@ pub fn evaluate(
     let (regions, truth) = inputs(&rounded)?;
     let millimetres = 1e3 * face.metres_per_unit;
     let mut maps = Vec::new();
-    let leave_one_out = left_out.filter(|errors| !errors.is_empty()).map(|left_out| {
-        let mut all = Sum::new(&regions, rig.vertices(), millimetres);
+    let leave_one_out = left_out.filter(|left_out| !left_out.errors.is_empty()).map(|left_out| {
+        let sum = || Sum::weighted(&regions, left_out.skin_area.clone(), millimetres);
+        let mut all = sum();
         let mut of_examples = Vec::new();
         let mut of_example_maps = Vec::new();
         for (p, name) in rig.examples().names.iter().enumerate() {
             let distances = || {
-                let of_example = left_out.rows().map(move |errors| errors[p]);
+                let of_example = left_out.errors.rows().map(move |errors| errors[p]);
                 of_example.map(|e| e.iter().map(|x| x * x).sum::<f64>().sqrt())
             };
-            let mut one = Sum::new(&regions, rig.vertices(), millimetres);
+            let mut one = sum();
             one.add(distances());
             all.add(distances());
             of_example_maps.push(Map {

@@ -158,7 +158,8 @@ impl Texels {
     fn of_tiles(rig: &Rig, folds: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
             Error::rig_lacks(
-                "the rig's mesh has no texture coordinates, over which masks could be painted: solve it of a neutral that has some",
+                "the rig's mesh has no texture coordinates, which masks need: solve it again from a neutral \
+                 that has them",
             )
         };
         let uvs = rig.surface().uvs.as_ref().ok_or_else(lacks)?;

@@ -40,8 +40,8 @@ impl Companion {
     pub fn create(main: &Path, kind: &'static Kind) -> Result<Self> {
         if main.is_symlink() {
             return Err(Error::bad_path(format!(
-                "{}: is a link, and what is written there has a file beside it, which would be beside the link; name the file \
-                 that it leads to",
+                "{}: is a link, but this format also writes a second file, which would be beside the link \
+                 and not beside its target; name the target itself",
                 main.display()
             )));
         }

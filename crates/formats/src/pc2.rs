@@ -38,7 +38,7 @@ impl PointCache {
             i32::try_from(n).map_err(|_| {
                 let most = i32::MAX;
                 Error::too_large(format!(
-                    "{}: has {n} {what}, and a point cache numbers {most}",
+                    "{}: has {n} {what}, and a point cache holds at most {most}",
                     path.display()
                 ))
             })

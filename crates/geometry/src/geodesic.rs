@@ -128,7 +128,7 @@ pub fn ways(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &[[HandleId; 2
 /// would go through the head. Measured ratios on four faces with 31 to 120 handles: at most 3 between
 /// neighbours on the skin. They are 4 to 5 around a mouth or an eye without a marker at its corner, and 5 to
 /// 23 around a head.
-const FAR: f64 = 5.0;
+const MAX_WAY_RATIO: f64 = 5.0;
 
 /// Removes the pairs from `edges` whose way along the skin is more than five times the median way.
 pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &mut Vec<[HandleId; 2]>) {
@@ -137,7 +137,7 @@ pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &mut
     sorted.sort_by(f64::total_cmp);
     let Some(median) = sorted.get(sorted.len() / 2) else { return };
     let mut ways = ways.iter();
-    edges.retain(|_| ways.next().is_some_and(|way| *way <= FAR * median));
+    edges.retain(|_| ways.next().is_some_and(|way| *way <= MAX_WAY_RATIO * median));
 }
 
 #[cfg(test)]

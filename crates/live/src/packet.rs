@@ -62,7 +62,8 @@ impl Frame {
                 "a label of the frame has a zero byte in it, expected text; rename the marker",
             )),
             Err(_) if bytes.len() > MAX_DATAGRAM => Err(Error::too_large(format!(
-                "a frame of {} markers takes {} bytes, and a datagram has at most {MAX_DATAGRAM}; send fewer markers, as a rig's handles alone",
+                "a frame of {} markers takes {} bytes, and a datagram has at most {MAX_DATAGRAM}; send fewer \
+                 markers, such as only the handles of a rig",
                 self.markers.len(),
                 bytes.len()
             ))),
@@ -104,7 +105,7 @@ impl Frame {
                 (FRAME, _) => return Err("has a /rhytid/frame that is not NUMBER SECONDS"),
                 (HANDLE, [OscType::String(label), x, y, z]) => {
                     if label.is_empty() || label.len() > MAX_LABEL {
-                        return Err("has a label of no letters, or of more than 255 bytes");
+                        return Err("has a label that is empty, or longer than 255 bytes");
                     }
                     if !labels.insert(label.clone()) {
                         return Err("has a label twice");

@@ -73,10 +73,11 @@ fn nothing(receiver: &Receiver, patience: Duration) -> Error {
     let what = match (receiver.counts().bad, receiver.why_bad()) {
         (bad @ 1.., Some(why)) => {
             format!(
-                "of the datagrams that came none is one ({bad}; the last {why}); docs/live.md says what they are made of"
+                "none of the {bad} datagrams is a frame (the last {why}); {}/blob/main/docs/live.md describes a frame",
+                env!("CARGO_PKG_REPOSITORY")
             )
         }
-        _ => "nothing came at all; check that the sender sends to this address and port".to_owned(),
+        _ => "no datagram arrived; check that the sender sends to this address and port".to_owned(),
     };
     Error::network(format!("{address}: no frame came within {seconds} s: {what}"))
 }

@@ -98,7 +98,7 @@ impl Stream {
     pub fn accept(&mut self, datagram: &[u8], from: SocketAddr, arrived: f64) -> bool {
         let heard = self.last.as_ref().filter(|last| arrived - last.arrived < SILENCE);
         if heard.is_some_and(|last| last.from != from) {
-            return self.bad("is of another sender than the one that is heard");
+            return self.bad("is from another sender than the frames before it");
         }
         let is_heard = heard.is_some();
         let frame = match Frame::decode(datagram) {

@@ -58,7 +58,8 @@ fn check_degrees(mesh: &Mesh, name: &str) -> Result<()> {
     match around.iter().position(|&n| n > MOST_AROUND) {
         None => Ok(()),
         Some(v) => fail(format!(
-            "vertex {v} (counted from 0) is a corner of {} faces, expected at most {MOST_AROUND}; is it a scan's surface?",
+            "vertex {v} (counted from 0) is a corner of {} faces, expected at most {MOST_AROUND}; check that \
+             the mesh is the surface of a scan",
             around[v]
         )),
     }

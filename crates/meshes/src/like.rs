@@ -33,8 +33,8 @@ pub(super) fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path)
     {
         let face = |faces: &Faces, f: usize| list(faces.iter().nth(f).unwrap_or_default());
         return Err(Error::mismatch(format!(
-            "{path}: face {} joins the vertices {}, which no face of {like} has together, whose face {} joins {} (vertices \
-             counted from 0); {cure}",
+            "{path}: face {} joins the vertices {}, which no face of {like} has together; in {like}, face {} \
+             joins {} (vertices counted from 0): {cure}",
             f + 1,
             face(&mesh.faces, f),
             g + 1,

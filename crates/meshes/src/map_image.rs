@@ -86,7 +86,9 @@ impl MapImage {
 /// [`Error::Input`] if there are none.
 pub(super) fn corner_uvs(uvs: Option<&Uvs>) -> Result<impl Fn(usize, u32) -> DVec2> {
     let Some(uvs) = uvs else {
-        return Err(Error::bad_topology("has no texture coordinates, which a map over them needs"));
+        return Err(Error::bad_topology(
+            "has no texture coordinates, which the map needs; export the mesh with them",
+        ));
     };
     Ok(move |corner: usize, vertex: u32| {
         let at = uvs.corners.as_ref().map_or(vertex, |corners| corners[corner]);

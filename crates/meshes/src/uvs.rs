@@ -17,7 +17,7 @@ pub(super) fn uvs_from_corners(
 /// Says once that texture coordinates which only some corners have are dropped.
 pub(super) fn warn_partial_uvs(name: &str, without: usize, corners: usize) {
     log::warn!(
-        "{name}: {without} of {corners} face corners have no texture coordinates; those of the others are \
-         dropped, since they are kept only where every corner has them"
+        "{name}: {without} of {corners} face corners have no texture coordinates, so those of the other \
+         corners are ignored"
     );
 }

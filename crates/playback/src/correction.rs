@@ -170,7 +170,7 @@ fn apart(rig: &Rig, vertex: usize, a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
         vec3::dot(off, off)
     };
     let (mut sum, mut total) = (0.0, 0.0);
-    for (e, weight) in rig.listens_to(vertex) {
+    for (e, weight) in rig.influences_of(vertex) {
         sum += weight * square(e);
         total += weight;
     }

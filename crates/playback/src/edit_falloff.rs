@@ -41,7 +41,7 @@ impl EditFalloff {
             let driven = match row.iter().any(|b| *b != 0.0) {
                 true => row.iter().zip(&edited).map(|(b, edited)| f64::from(*b) * edited).sum::<f64>(),
                 false => {
-                    let parts = rig.listens_to(v).map(|(e, weight)| (weight, weight * of_feature(e)));
+                    let parts = rig.influences_of(v).map(|(e, weight)| (weight, weight * of_feature(e)));
                     let (all, driven) =
                         parts.fold((0.0, 0.0), |(all, driven), (w, of)| (all + w, driven + of));
                     if all > 0.0 { driven / all } else { 0.0 }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use rhytid_core::{HandleId, Result, Rig, Take};
 use rhytid_formats::edits::Curve;
 use rhytid_kernels::normals::VertexTriangles;
-use rhytid_solve::FAR;
+use rhytid_solve::EXTRAPOLATION;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -60,8 +60,9 @@ impl VertexGain {
 /// influence v, weighted by the influences: Σ_k α_vk min(c_a, c_b) / Σ_k α_vk. Edge k joins the handles a and
 /// b. A vertex without influences has no detail to fade.
 ///
-/// With the learned method, c_v is also multiplied by a factor that depends on σ_v, relative to the σ of a
-/// left-out example. The factor is 1 up to [`FAR`], falls linearly, and is 0 from twice [`FAR`] on.
+/// With the learned method, c_v is also multiplied by a factor. The factor depends on σ_v as a multiple of a
+/// scale. The scale is the σ of an expression without a scan: at the vertex or over the whole face, whichever
+/// is larger. The factor is 1 up to [`EXTRAPOLATION`], falls linearly, and is 0 from twice that on.
 pub(crate) struct Fade<'a> {
     rig: &'a Rig,
     gains: &'a [VertexGain],
@@ -160,7 +161,7 @@ impl<'a> Fade<'a> {
             let fade = |(v, (x, smooth)): (usize, (&mut [f32; 3], &[f32; 3]))| {
                 let mut c = if confidence.is_empty() { 1.0 } else { of_vertex(self.rig, v, confidence) };
                 if let Some((far, samples)) = &far {
-                    c *= (2.0 - far.times(v, samples) / FAR).clamp(0.0, 1.0);
+                    c *= (2.0 - far.times(v, samples) / EXTRAPOLATION).clamp(0.0, 1.0);
                 }
                 let before = std::mem::replace(x, folded(*smooth, *x, c.min(1.0)));
                 (*x != before).then_some(v as u32)

@@ -60,9 +60,11 @@ impl Performance {
     pub fn check(recipe: &Recipe, rig: &Rig) -> Result<()> {
         if recipe.refine && !rig.examples().names.is_empty() {
             return Err(Error::conflict(format!(
-                "refinement is for rigs without examples, found {}, which show better what becomes of the face; leave it out",
+                "refinement is for rigs without examples, found {}, whose learned detail is better; leave \
+                 the refinement out",
                 human::counted(rig.examples().len(), "example")
-            )).with_remedies(&[Remedy::NoRefinement]));
+            ))
+            .with_remedies(&[Remedy::NoRefinement]));
         }
         check_gains(&rig.handles().labels, &recipe.detail_of.0)?;
         channels::of_recipe(rig, recipe).map(|_| ())

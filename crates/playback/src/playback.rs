@@ -238,7 +238,7 @@ impl<'a> Playback<'a> {
         let rig = self.rig;
         if recipe.refine && !self.corrections.is_empty() {
             return Err(Error::conflict(
-                "what was sculpted would be refined away: leave the refinement or the [[correction]] out",
+                "refinement would undo the sculpted [[correction]]: leave one of them out",
             )
             .with_remedies(&[Remedy::NoRefinement]));
         }

@@ -61,9 +61,11 @@ fn handle_gains(labels: &[String], gains: &[(String, f64)]) -> Result<Vec<f64>> 
             regions.sort_unstable();
             regions.dedup();
             return Err(Error::input(format!(
-                "“{name}” is neither a handle of the rig nor a region of its handles; the regions that their names say are {}",
+                "“{name}” is neither a handle of the rig nor a region of its handles; the regions in the \
+                 names of handles are {}",
                 if regions.is_empty() { "none".to_owned() } else { regions.join(", ") }
-            )).of_kind(InputErrorKind::UnknownName { name: name.clone() }));
+            ))
+            .of_kind(InputErrorKind::UnknownName { name: name.clone() }));
         }
     }
     let gain = |label: &String| {

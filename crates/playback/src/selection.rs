@@ -131,7 +131,8 @@ impl Selection {
         let end = times.partition_point(|&time| time < until);
         if first >= end {
             return Err(Error::out_of_range(format!(
-                "the frames {}..{}: at {} frames per second none falls into it; widen the range or raise the rate",
+                "the frames {}..{}: at {} frames per second no frame falls into this range; widen the range \
+                 or raise the rate",
                 range.start,
                 range.end,
                 human::number(rate)
@@ -267,7 +268,7 @@ mod tests {
         }
         assert_eq!(FrameRange::default().within(100).unwrap(), 0..100);
         let error = Selection::new(even(100, 30.0), 1..2, Some(5.0), false).unwrap_err().to_string();
-        assert!(error.contains("none falls into it"), "{error}");
+        assert!(error.contains("no frame falls into this range"), "{error}");
     }
 
     #[test]

@@ -36,7 +36,7 @@ pub fn read_take(
     let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
     if take.positions.iter().flatten().any(|x| x.is_nan()) {
         return Err(Error::missing_samples(format!(
-            "{}: has gaps, and its setup leaves them: take “gaps” out of its skip",
+            "{}: has gaps that its setup leaves open; remove “gaps” from `skip` in the setup",
             path.display()
         )));
     }
@@ -89,8 +89,9 @@ fn by_position(matches: &[Match], named: usize) -> Option<Warning> {
     let found = || matches.iter().filter(|m| m.marker.is_some());
     let least = found().min_by(|a, b| a.sure.total_cmp(&b.sure))?;
     let warning = Warning::from(format!(
-        "{named} of the rig's {} handles have a marker of their name; by where they are {} were matched, the least surely {} with {} ({:.2} of 1): look at \
-         the table of them, and give it as `markers` as it should be",
+        "{named} of the rig's {} handles have a marker of their name; {} were matched by position, the least \
+         certain being {} with {} ({:.2} of 1): check the table of the matches, and give the corrected table \
+         as `markers`",
         matches.len(),
         found().count(),
         least.handle,

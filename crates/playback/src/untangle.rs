@@ -275,7 +275,7 @@ impl<'a> Frame<'a> {
         }
         // The basis contains ΔB, which is subtracted here.
         let gains = self.learned.feature_gains.row(v);
-        self.rig.listens_to(v).zip(gains).for_each(|((e, _), g)| add(-f64::from(*g), &self.vectors[e]));
+        self.rig.influences_of(v).zip(gains).for_each(|((e, _), g)| add(-f64::from(*g), &self.vectors[e]));
         x
     }
 
@@ -286,7 +286,7 @@ impl<'a> Frame<'a> {
         let examples = self.rig.examples().names.len();
         let of_example = |p: usize| {
             let (mut apart, mut size) = (0.0, 0.0);
-            for (e, omega) in self.rig.listens_to(v) {
+            for (e, omega) in self.rig.influences_of(v) {
                 let [of_frame, of_example] = self.squares.row(e)[p];
                 apart += omega * of_frame;
                 size += omega * of_example;

@@ -31,10 +31,10 @@ pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     let parts = parts(rig.vertices(), &rig.surface().faces);
     let row = |v: usize| (learned.anchors.row(v), learned.anchor_weights.row(v));
     // All vertices of a rigid part are influenced by the same anchors, and by nothing else.
-    let listens_alone = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
-    let mut solid: Vec<bool> = (0..rig.vertices()).map(listens_alone).collect();
+    let is_anchored = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
+    let mut solid: Vec<bool> = (0..rig.vertices()).map(is_anchored).collect();
     for (v, &part) in parts.iter().enumerate() {
-        if row(v) != row(part as usize) || !listens_alone(v) {
+        if row(v) != row(part as usize) || !is_anchored(v) {
             solid[part as usize] = false;
         }
     }

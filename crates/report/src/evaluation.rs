@@ -40,8 +40,8 @@ pub fn write_evaluation(
 
 fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) -> Result<String> {
     let about = html! {
-        (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
-        ", " (human::counted(rig.examples().len(), "example")) ", as Rhytid found it"
+        "Evaluation of the rig: " (human::count(found.vertices)) " vertices, " (human::counted(found.handles, "handle"))
+        ", " (human::counted(rig.examples().len(), "example"))
     };
     let drawn = painter.map(|painter| drawn(maps, rig, painter)).transpose()?;
     let [left_out_maps, noise, truth] = drawn.unwrap_or_default();
@@ -49,30 +49,32 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) 
         @if painter.is_none() { (left_out()) }
         @if let Some(comparisons) = &found.truth {
             section {
-                h2 { "How far it is from the truth" }
-                p { "Over all frames that the truth has. The others are made of the same examples: the shell alone, weights from 0 to 1 on "
-                    "the examples (blendshapes), any weights (all their principal components). The fold band is what smoothing takes out of the error." }
+                h2 { "Distance from the truth" }
+                p { "The tables cover all frames of the truth. “learned” and “chapter” are the rig by either method. “shell” is the thin "
+                    "shell alone, which no example influences. “blendshapes” mixes the examples with weights from 0 to 1, and “components” "
+                    "mixes their principal components with any weights. The wrinkle band is the RMS error without its smooth part." }
                 (methods(comparisons))
                 (method_regions(comparisons))
                 (truth)
             }
         }
         section {
-            h2 { "Which expression is missing where" }
+            h2 { "Error of examples that are left out" }
             @match &found.leave_one_out {
                 Some(errors) => {
-                    p { "What the smooth part of each example would be off by if it had not been scanned. The level is pessimistic, since each "
-                        "example is far from the others; where it is large is where another scan helps most." }
+                    p { "Each example is left out in turn, and the others predict its smooth part. The table shows the error of this "
+                        "prediction, over the skin by area. The level is pessimistic, because each example is far from the others. "
+                        "Another scan helps most where the error is large." }
                     (examples(errors))
                     (left_out_maps)
                 }
-                None => p { "That is known by the learned method, with examples." }
+                None => p { "Only a rig of the learned method has these numbers, and only with examples." }
             }
         }
         section {
-            h2 { "The answer to noise" }
-            p { "How far the skin moves when every marker has " (found.noise.noise_mm) " mm of noise per axis, at rest and in the examples: "
-                (mm(found.noise.errors.rms_mm)) " mm RMS, " (mm(found.noise.errors.worst_mm)) " mm at most." }
+            h2 { "Effect of marker noise" }
+            p { "Every marker gets " (found.noise.noise_mm) " mm of noise per axis, at rest and in the examples. The skin then moves by "
+                (mm(found.noise.errors.rms_mm)) " mm RMS, and by " (mm(found.noise.errors.worst_mm)) " mm at most." }
             (noise)
         }
     };
@@ -109,7 +111,7 @@ fn methods(comparisons: &[Comparison]) -> Markup {
     html! {
         table {
             thead { tr {
-                th { "method" } @for name in ["RMS", "95 %", "99.9 %", "worst", "fold band"] { th.number { (name) } }
+                th { "method" } @for name in ["RMS", "95 %", "99.9 %", "worst", "wrinkle band"] { th.number { (name) } }
             } }
             tbody {
                 @for Comparison { method, errors, fold_band_rms_mm } in comparisons {
@@ -122,7 +124,7 @@ fn methods(comparisons: &[Comparison]) -> Markup {
                 }
             }
         }
-        p { "In millimetres." }
+        p { "All numbers are in millimetres." }
     }
 }
 
@@ -136,7 +138,7 @@ fn method_regions(comparisons: &[Comparison]) -> Markup {
     let rows = |regions: &[RegionError]| {
         html! {
             table {
-                thead { tr { th { "region, RMS" } @for c in comparisons { th.number { (c.method) } } } }
+                thead { tr { th { "region (RMS)" } @for c in comparisons { th.number { (c.method) } } } }
                 tbody {
                     @for region in regions {
                         tr {
@@ -167,13 +169,13 @@ fn examples(left_out: &LeaveOneOut) -> Markup {
     };
     html! {
         table {
-            thead { tr { th { "left out" } th.number { "RMS" } th.number { "95 %" } th.number { "worst" } th { "most in" } } }
+            thead { tr { th { "left-out example" } th.number { "RMS" } th.number { "95 %" } th.number { "worst" } th { "worst regions" } } }
             tbody {
                 (row("any of them", &left_out.all))
                 @for example in &left_out.examples { (row(&example.example, &example.errors)) }
             }
         }
-        p { "In millimetres." }
+        p { "All numbers are in millimetres." }
     }
 }
 

@@ -20,17 +20,17 @@ pub(crate) fn events(report: &Report) -> Markup {
     let left_out = report.events.len() - shown.len();
     html! {
         @if shown.is_empty() {
-            p { "Nothing: every sample is as it was measured." }
+            p { "Nothing was changed. Every sample is as it was measured." }
         } @else {
             div.scroll {
                 table.events {
                     thead { tr {
-                        th scope="col" { "what" }
+                        th scope="col" { "event" }
                         th scope="col" { "marker" }
                         th.number scope="col" { "first frame" }
                         th.number scope="col" { "frames" }
-                        th.number scope="col" { "at" }
-                        th.number scope="col" { "for" }
+                        th.number scope="col" { "time" }
+                        th.number scope="col" { "duration" }
                         th.number scope="col" { "confidence" }
                         th.number scope="col" { "distance" }
                     } }
@@ -89,7 +89,7 @@ pub(crate) fn mapping(report: &Report) -> Markup {
             }
         }
         (labels("The head’s motion was fitted to", &found.rigid))
-        (labels("Of no use", &found.unused))
+        (labels("Unused labels", &found.unused))
     }
 }
 

@@ -28,7 +28,7 @@ pub(crate) fn page(
 ) -> Result<String> {
     let plots = plots(summary, strains, report)?;
     let views = painter.map(|painter| picture::views(report, strains, take, rig, painter)).transpose()?;
-    let about = html! { "on " b { (rig.surface().name) } ", as Rhytid made it clean" };
+    let about = html! { "Clean-up of a raw take, for the rig " b { (rig.surface().name) } };
     Ok(document(
         title,
         &about,
@@ -41,7 +41,7 @@ pub(crate) fn page(
             }
             (plots)
             section {
-                h2 { "On the rest mesh" }
+                h2 { "Markers on the rest mesh" }
                 @match &views {
                     Some(views) => { (picture_key(strains)) (views) }
                     None => (left_out())
@@ -135,30 +135,33 @@ fn facts(summary: &Summary, report: &Report) -> Vec<(&'static str, String)> {
         (
             "Filled",
             format!(
-                "{}, {} by the model, {} before",
+                "{}, {}, {} by the capture system",
                 human::counted(summary.count(Kind::Spline), "short gap"),
-                human::count(summary.count(Kind::Model)),
-                human::count(summary.count(Kind::FilledBefore))
+                human::counted(summary.count(Kind::Model), "longer gap"),
+                human::counted(summary.count(Kind::FilledBefore), "gap")
             ),
         ),
         (
             "Lost",
             format!(
-                "{}, {} never seen",
-                human::counted(summary.count(Kind::Lost), "long gap"),
+                "{} past the limit, {} never seen",
+                human::counted(summary.count(Kind::Lost), "gap"),
                 human::counted(summary.count(Kind::NeverSeen), "marker")
             ),
         ),
         ("Unit", format!("{}{}", human::unit(found.metres_per_unit), guess(found.unit_is_guessed))),
-        ("Mesh’s x, y, z", format!("{}{}", found.axes.replace('-', "−"), guess(found.axes_are_guessed))),
+        (
+            "File’s axes for x, y, z",
+            format!("{}{}", found.axes.replace('-', "−"), guess(found.axes_are_guessed)),
+        ),
         ("Actor’s size", format!("{:.2} % of the rig’s", 100.0 * found.scale)),
         ("Neutral", neutral),
         ("Head fit", if space { "in head space already".to_owned() } else { mm(summary.head_residual_mm) }),
         ("Offsets at neutral", mm(summary.offset_mm)),
         ("Noise", format!("{:.3} mm RMS", report.noise_mm)),
         (
-            "Low-pass",
-            report.low_pass_hz.map_or("not filtered".to_owned(), |hz| format!("{} Hz", human::number(hz))),
+            "Low-pass filter",
+            report.low_pass_hz.map_or("none".to_owned(), |hz| format!("{} Hz", human::number(hz))),
         ),
     ];
     if summary.clean_frames != report.frames || clean_rate != rate {
@@ -186,7 +189,7 @@ fn plots(summary: &Summary, strains: &Strains, report: &Report) -> Result<Markup
             h2 { "Fit of the head" }
             @match (&head, summary.head_residual_mm) {
                 (Some(svg), Some(spread)) => {
-                    p { "How far the markers are from where the head’s motion puts them: RMS in each frame, at most "
+                    p { "The curve is the RMS distance of the markers from where the head’s motion puts them. It is at most "
                         (format!("{:.2}", spread.max)) " mm." }
                     (plot(svg, "residual of the head fit in millimetres over time"))
                 }
@@ -197,8 +200,9 @@ fn plots(summary: &Summary, strains: &Strains, report: &Report) -> Result<Markup
             h2 { "Alignment with the rig" }
             @match &offsets {
                 Some(svg) => {
-                    p { "How far each marker was from its handle at neutral, before this offset was taken out. Neighbours "
-                        "that stand out together are worn elsewhere than the handle table says; one alone may be mislabelled." }
+                    p { "Each bar is the distance of a marker from its handle at neutral, before this offset was taken out. "
+                        "If several neighbours stand out together, these markers are worn at other places than the handle "
+                        "table says. A marker that stands out alone may be mislabelled." }
                     (plot(svg, "offset of each marker in millimetres, largest first"))
                 }
                 None => p { "No offset was measured." }
@@ -209,8 +213,8 @@ fn plots(summary: &Summary, strains: &Strains, report: &Report) -> Result<Markup
             @if worst.is_empty() {
                 p { "The rig has no strain edges." }
             } @else {
-                p { "Change of length of the " (human::counted(worst.len(), "edge")) " with the largest strain, as a share of the length at rest. "
-                    span.shaded { "Shaded" } " where one of its markers was filled, corrected or lost." }
+                p { "The curves show the " (human::counted(worst.len(), "strain edge")) " with the largest change of length, in per cent of the length at rest. "
+                    span.shaded { "Shaded" } " parts are those in which a marker of the edge was filled, corrected or lost." }
                 @for (edge, svg) in &worst {
                     figure {
                         figcaption {
@@ -232,10 +236,10 @@ fn plot(svg: &str, label: &str) -> Markup {
 fn picture_key(strains: &Strains) -> Markup {
     html! {
         p {
-            "Rings are the handles, dots the clean markers in the first neutral frame, so each dot belongs in its ring."
+            "Rings are the handles. Dots are the clean markers in the first neutral frame, so each dot belongs in its ring."
             @if let Some(edge) = strains.edges.first() {
-                " Lines lead to where the markers are at " (format!("{:.2} s", edge.time)) ", the frame of the largest strain: "
-                (percent(edge.peak())) " between " b { (edge.a) } " and " b { (edge.b) } ", the thick line."
+                " Thin lines lead to where the markers are at " (format!("{:.2} s", edge.time)) ", the frame of the largest strain. That strain is "
+                (percent(edge.peak())) ". The thick line is its edge, from " b { (edge.a) } " to " b { (edge.b) } "."
             }
         }
     }

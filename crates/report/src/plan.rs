@@ -46,16 +46,17 @@ pub fn write_plan(
         maps.push(Map { title: caption(i, scan), positions: pose, values, end: 1.0, markers: true });
     }
     let figures = painter.map(|painter| map::figures(painter, rig, &maps)).transpose()?;
-    let about = html! { "on " b { (rig.surface().name) } ", as Rhytid planned it" };
+    let about = html! { "Plan of scans, for the rig " b { (rig.surface().name) } };
     let main = html! {
         section {
             h2 { "Which scans to make" }
-            p { (human::counted(found.frames, "frame")) ", " (human::counted(rig.examples().names.len(), "example")) " so far. Each frame is the one whose "
-                "scan takes most uncertainty from the whole take, given those before it." }
+            p { "The take has " (human::counted(found.frames, "frame")) ". The rig has " (human::counted(rig.examples().names.len(), "example")) " so far. "
+                "Each frame below is the one whose scan removes most of the uncertainty that the scans before it leave. "
+                "100 % is the uncertainty without any example." }
             @match painter.zip(figures) {
                 Some((painter, figures)) => {
-                    p { "Coloured are the regions that it is for; dots are the markers." }
-                    (map::scale(painter, ["takes nothing there", "takes most there"]))
+                    p { "The coloured regions are those that the scan is for. Dots are the markers." }
+                    (map::scale(painter, ["removes nothing there", "removes most there"]))
                     div.maps { @for figure in &figures { (figure) } }
                 }
                 None => { (left_out()) ol.plain { @for map in &maps { li { (map.title) } } } }
@@ -69,7 +70,7 @@ pub fn write_plan(
 fn caption(i: usize, scan: &Scan) -> Markup {
     let regions: Vec<&str> = scan.regions.iter().take(NAMED).map(|region| region.region.as_str()).collect();
     html! {
-        b { (i + 1) ": frame " (scan.frame) ", " (format!("{:.2} s", scan.time)) } " for " (regions.join(", ")) "; leaves "
-        (format!("{:.0} %", 100.0 * scan.left))
+        b { (i + 1) ": frame " (scan.frame) ", " (format!("{:.2} s", scan.time)) } " for " (regions.join(", ")) "; then "
+        (format!("{:.0} %", 100.0 * scan.left)) " of the uncertainty is left"
     }
 }

@@ -64,10 +64,10 @@ pub(crate) fn left_out() -> Markup {
         p.left-out {
             "The pictures are left out, since "
             @if cfg!(feature = "render") {
-                "nothing here draws: install a driver for Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1, which a software driver such as Mesa’s "
-                "llvmpipe is, too, and write the page again."
+                "no device here can draw. To get the pictures, install a driver for Vulkan, Metal, Direct3D 12 or OpenGL ES 3.1, and write the page "
+                "again. A software driver such as Mesa’s llvmpipe is enough."
             } @else {
-                "this program was built without wgpu: build it with the feature " code { "wgpu" } ", and write the page again."
+                "this program was built without wgpu. Build it with the feature " code { "wgpu" } ", and write the page again."
             }
         }
     }

@@ -30,19 +30,19 @@ pub(crate) struct Look {
 /// All kinds, in the order in which they are drawn over each other.
 pub(crate) const LOOKS: [Look; 14] = [
     look(Kind::FilledBefore, "before", "by the capture system", 10.0, HEIGHT),
-    look(Kind::Spline, "spline", "a short gap", 7.0, HEIGHT),
+    look(Kind::Spline, "spline", "a short gap, filled by a curve", 7.0, HEIGHT),
     look(Kind::Model, "model", "a longer gap, filled from the other markers", 4.0, HEIGHT),
-    look(Kind::Head, "head", "its motion comes from the face, or is held", 4.0, HEIGHT),
-    look(Kind::Lost, "lost", "a gap past the limit: do not trust it", 0.0, HEIGHT),
-    look(Kind::NeverSeen, "never", "the marker goes with its neighbours", 0.5, HEIGHT - 0.5),
-    look(Kind::Left, "left", "a gap that was not to be filled", 0.0, HEIGHT),
-    look(Kind::Swap, "swap", "labels exchanged, undone", 0.5, 6.0),
-    look(Kind::Slide, "slide", "a label off its marker, cut out, then filled", 0.0, 6.0),
+    look(Kind::Head, "head", "the head’s motion comes from the face, or is held", 4.0, HEIGHT),
+    look(Kind::Lost, "lost", "a gap past the limit; do not trust it", 0.0, HEIGHT),
+    look(Kind::NeverSeen, "never", "the marker moves with its neighbours", 0.5, HEIGHT - 0.5),
+    look(Kind::Left, "left", "a gap that --skip gaps left open", 0.0, HEIGHT),
+    look(Kind::Swap, "swap", "two labels were exchanged; exchanged back", 0.5, 6.0),
+    look(Kind::Slide, "slide", "the label left its marker; cut out and filled", 0.0, 6.0),
     look(Kind::Dropped, "dropped", "by hand, then filled", 0.0, 6.0),
     look(Kind::Held, "held", "by hand", 4.0, HEIGHT),
-    look(Kind::Strain, "strain", "a stretch that no skin has, left as it is", 7.0, HEIGHT),
-    look(Kind::Step, "step", "faster than skin moves, left as it is", 7.0, HEIGHT),
-    look(Kind::Outlier, "outlier", "dropped, then filled", 0.0, 6.0),
+    look(Kind::Strain, "strain", "an edge longer than skin stretches; not changed", 7.0, HEIGHT),
+    look(Kind::Step, "step", "faster than skin moves; not changed", 7.0, HEIGHT),
+    look(Kind::Outlier, "outlier", "the marker jumped away; dropped and filled", 0.0, 6.0),
 ];
 
 const fn look(kind: Kind, class: &'static str, meaning: &'static str, top: f64, bottom: f64) -> Look {
@@ -64,7 +64,7 @@ impl Look {
 pub(crate) fn legend(summary: &Summary) -> Markup {
     html! {
         ul.legend {
-            li { span.neutral {} b { "neutral" } ": where the face is at rest" }
+            li { span.neutral {} b { "neutral" } ": frames with the face at rest" }
             li { (swatch(&PreEscaped(String::new()))) b { "measured" } }
             @for look in LOOKS.iter().filter(|look| summary.count(look.kind) > 0) {
                 li { (swatch(&look.bar(1.0, 27.0, None))) b { (look.kind.name()) } ": " (look.meaning) }

@@ -29,7 +29,7 @@ pub fn write_transfer(
         return Err(Error::Internal("a map of the transfer has other vertices than the rig".into()));
     }
     let about = html! {
-        "with wrinkles of " b { (found.from) } ", as Rhytid made it"
+        "Transfer of examples from " b { (found.from) }
     };
     let per_cent: Vec<f32> = maps.stretch.iter().map(|x| 100.0 * x).collect();
     let [distance, stretch] = [
@@ -38,18 +38,20 @@ pub fn write_transfer(
     ];
     let main = html! {
         section {
-            h2 { "What corresponds" }
+            h2 { "Summary" }
             @if !found.warnings.is_empty() { ul.warnings { @for warning in &found.warnings { li { (warning) } } } }
             dl { @for (name, value) in facts(found) { div { dt { (name) } dd { (value) } } } }
         }
         section {
-            h2 { "How far the faces are apart" }
-            p { "Once the first face lies on this one: how far each vertex is from its place there. What has no place has the last colour: it gets no wrinkles of its own, and goes on as what is beside it." }
+            h2 { "Distance between the faces" }
+            p { "The first face is laid over this one. The map shows how far each vertex of this face is then from its place on the first. "
+                "A vertex without such a place has the last colour. What is transferred beside it continues there and fades out." }
             (distance)
         }
         section {
-            h2 { "How much the first face was stretched" }
-            p { "In the direction in which it is most, longer or shorter, beside the faces’ sizes. Where a few vertices stand out, a landmark may be at another place." }
+            h2 { "Stretch of the first face" }
+            p { "The map shows how much longer or shorter the surface became, in its worst direction. The difference of the faces’ sizes is "
+                "taken out. Where a few vertices stand out, a landmark may be at the wrong place." }
             (stretch)
         }
     };
@@ -72,12 +74,12 @@ fn section(
 ) -> Result<Markup> {
     let number = |x: f64| human::number((x * 100.0).round() / 100.0);
     let words = html! {
-        p { (number(spread.median)) " " (unit) " (median), 95 % are below " (number(spread.p95)) " " (unit) ", the worst " (number(spread.worst)) " " (unit) "." }
+        p { "The median is " (number(spread.median)) " " (unit) ". 95 % are below " (number(spread.p95)) " " (unit) ". The largest is " (number(spread.worst)) " " (unit) "." }
     };
     let Some(painter) = painter else { return Ok(html! { (words) (left_out()) }) };
     let end = map::end(std::iter::once(values));
     let map = Map {
-        title: html! { "with the handles" },
+        title: html! { "dots are the handles" },
         positions: &rig.surface().rest,
         values: values.to_vec(),
         end,
@@ -93,24 +95,24 @@ fn section(
 fn facts(found: &TransferReport) -> Vec<(&'static str, String)> {
     let mut facts = vec![
         ("Examples", found.examples.join(", ")),
-        ("What was transferred", if found.smooth_band { "all motion" } else { "the wrinkles" }.to_owned()),
+        ("What was transferred", if found.linear_band { "all motion" } else { "the wrinkles" }.to_owned()),
         ("Landmarks", found.landmarks.len().to_string()),
-        ("Size", format!("{} % of the first’s", human::number((1000.0 * found.scale).round() / 10.0))),
+        ("Size", format!("{} % of the first face’s", human::number((1000.0 * found.scale).round() / 10.0))),
         ("Skin with a counterpart", format!("{} %", human::number((1000.0 * found.covered).round() / 10.0))),
         ("Triangles turned over", found.turned_over.to_string()),
     ];
     if found.same_topology {
-        facts.push(("Correspondence", "both have the same faces: vertex by vertex".to_owned()));
+        facts.push(("Correspondence", "vertex by vertex, as both meshes have the same faces".to_owned()));
     }
     if !found.own.is_empty() {
-        facts.push(("Examples of its own, kept", found.own.join(", ")));
+        facts.push(("Own examples, kept", found.own.join(", ")));
     }
     for bare in &found.bare {
         let why = match bare.why {
             Missing::OtherPart => "Parts without a landmark",
-            Missing::BeyondTheBorder => "Beyond the first’s border",
+            Missing::BeyondTheBorder => "Beyond the border of the first face",
             Missing::FacesAway => "Near what faces away",
-            Missing::TooFar => "Far from the first",
+            Missing::TooFar => "Far from the first face",
             Missing::Elsewhere => "Near what moves otherwise",
         };
         let vertices = if bare.vertices == 1 { "vertex" } else { "vertices" };

@@ -51,7 +51,9 @@ pub mod tangent_frames;
 pub use align::{Misplaced, misplaced};
 pub use doctor::{Finding, Report, Severity, check, examine};
 pub use driven::DrivenComponents;
-pub use learned::{Candidate, Confidence, FAR, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans};
+pub use learned::{
+    Candidate, Confidence, EXTRAPOLATION, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans,
+};
 pub use placement::{Placed, Skin};
 pub use refine::Refine;
 pub use soft_shell::SoftShell;
@@ -93,11 +95,18 @@ pub struct Solved {
     pub rig: Rig<f64>,
     /// What the solve reports of its work.
     pub report: SolveReport,
-    /// The leave-one-out map, V×P in mesh units, if it was asked for.
-    ///
-    /// It is the error of the smooth part of each example at each vertex if that example is left out. `None`
-    /// with the chapter's method.
-    pub left_out: Option<Table<[f64; 3]>>,
+    /// The errors of examples that are left out, if they were asked for. `None` with the chapter's method.
+    pub left_out: Option<LeaveOneOut>,
+}
+
+/// The errors of the smooth part of each example if that example is left out.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LeaveOneOut {
+    /// The error at each vertex, V×P in mesh units.
+    pub errors: Table<[f64; 3]>,
+    /// The area of skin around each vertex, V in mesh units squared. 0 at handles, and in parts without a
+    /// handle such as eyes and teeth. [`Candidate::leave_one_out`] has the mean over this area.
+    pub skin_area: Vec<f64>,
 }
 
 /// Solves `face`: everything a device needs to animate it from handle positions.
@@ -139,7 +148,8 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
             report.parts.clone_from(&steps.parts);
             if leave_one_out {
                 let vertices: Vec<VertexId> = (0..shell.basis.height()).map(VertexId::from_index).collect();
-                left_out = Some(steps.leave_one_out(&vertices)?);
+                let errors = steps.leave_one_out(&vertices)?;
+                left_out = Some(LeaveOneOut { errors, skin_area: learned::skin_area(&shell) });
             }
             steps.finish(&settings, &shell.handles)
         }

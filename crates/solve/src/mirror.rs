@@ -65,9 +65,9 @@ pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Re
     images.iter().enumerate().map(|(v, image)| image.ok_or(v)).collect::<std::result::Result<_, _>>().map_err(|v| {
         let [x, y, z] = rest[v];
         format!(
-            "{missing} of the {} vertices have no mirror image, vertex {v} at ({x}, {y}, {z}) the first: expected a neutral that \
-             is the same on both sides of x, in its vertices' places or in how its faces lie; leave mirror out, or scan both \
-             sides",
+            "{missing} of the {} vertices have no mirror image (the first is vertex {v} at ({x}, {y}, {z})): \
+             expected a neutral whose sides along x match in the places of their vertices or in the layout \
+             of their faces; leave mirror out, or scan both sides",
             rest.len()
         )
     })

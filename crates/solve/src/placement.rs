@@ -72,7 +72,8 @@ impl Skin {
         let positions = &face.neutral.positions;
         if face.neutral.faces.fault(positions.len()).is_some() || face.neutral.faces.is_empty() {
             return Err(Error::bad_topology(
-                "the neutral mesh is not whole; the doctor says what is wrong with it",
+                "the neutral mesh has no faces, or a face with a fault; the doctor says what is wrong with \
+                 it",
             )
             .with_remedies(&[Remedy::Examine]));
         }
@@ -224,7 +225,7 @@ impl Skin {
             known: known.iter().map(|v| v.map(|v| self.rest[v as usize])).collect(),
         };
         let laid = onto_surface(markers, surface, &start).ok_or_else(|| {
-            Error::no_fit("fewer than four markers are seen in that frame; take another one")
+            Error::no_fit("fewer than four markers are seen in that frame; choose another frame")
         })?;
         let mut placed: Vec<Option<Placed>> = vec![None; markers.len()];
         let mut taken = vec![false; self.rest.len()];

@@ -64,7 +64,8 @@ impl Refine {
     pub fn with_bending_length(rig: &Rig<f64>, bending_length: f64, progress: &dyn Progress) -> Result<Self> {
         if !rig.examples().is_empty() {
             return Err(Error::conflict(format!(
-                "the rig has {}, and what is refined would lose what was learned of them; refine a rig without examples",
+                "the rig has {}, and refining would replace the detail that was learned from them; refine a \
+                 rig without examples",
                 human::counted(rig.examples().len(), "example")
             )));
         }

@@ -100,7 +100,7 @@ impl Maker<'_> {
         })
     }
 
-    /// The examples: the shell, moved by the first face's handles, plus the wrinkles. With `smooth_band`, the
+    /// The examples: the shell, moved by the first face's handles, plus the wrinkles. With `linear_band`, the
     /// whole movement of the first face is carried over.
     ///
     /// # Errors
@@ -108,7 +108,7 @@ impl Maker<'_> {
     pub(crate) fn examples(
         &self,
         base: &Base,
-        smooth_band: bool,
+        linear_band: bool,
         progress: &dyn Progress,
     ) -> Result<Vec<Example>> {
         let (rest, count) = (self.rest, self.shapes.len());
@@ -122,13 +122,13 @@ impl Maker<'_> {
         let mut left = Table::filled(to_rest.len(), count, [0.0; 3]);
         for (p, shape) in self.shapes.iter().enumerate() {
             progress.step("make examples", p as u64, count as u64)?;
-            let leads = if smooth_band { &shape.full } else { &shape.smooth };
+            let leads = if linear_band { &shape.full } else { &shape.smooth };
             let u: Vec<DVec3> =
                 base.handles.iter().map(|(place, local)| carried(leads, rest, place, local)).collect();
             let moved = |v: usize| -> DVec3 { base.basis.row(v).iter().zip(&u).map(|(b, u)| *u * *b).sum() };
             let moved: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(moved).collect();
             // The rotations of each surface by its smooth motion: wrinkles turn with it.
-            let (turned_from, turned_to) = if smooth_band {
+            let (turned_from, turned_to) = if linear_band {
                 (Vec::new(), Vec::new())
             } else {
                 let smooth: Vec<DVec3> = shape.smooth.iter().copied().map(DVec3::from_array).collect();
@@ -142,7 +142,7 @@ impl Maker<'_> {
             let of_vertex = |v: usize| {
                 let Ok(place) = &places[v] else { return DVec3::ZERO };
                 let local = &locals[v];
-                if smooth_band {
+                if linear_band {
                     return carried(&shape.full, rest, place, local) - moved[v];
                 }
                 let wrinkle = |v: u32| {

@@ -54,7 +54,7 @@ pub struct Settings {
     /// the handles with the same label.
     pub landmarks: Option<Vec<(String, String)>>,
     /// Whether the whole movement of the first face is carried over, and not only its wrinkles.
-    pub smooth_band: bool,
+    pub linear_band: bool,
 }
 
 /// The result of a transfer.
@@ -103,7 +103,7 @@ pub fn transfer(
     let area = laplacian::laplacian(&to.neutral.positions, &triangles).mass;
     let measures = Measures { area: &area, spacing };
     let (mut report, maps) =
-        TransferReport::new(from, to, &landmarks, is_mirrored, &found, &measures, settings.smooth_band);
+        TransferReport::new(from, to, &landmarks, is_mirrored, &found, &measures, settings.linear_band);
     let maker = Maker {
         from,
         rest: &rest,
@@ -122,7 +122,7 @@ pub fn transfer(
         Some((h, *place, found.locals[v.index()]))
     });
     let base = maker.base(known.collect(), progress)?;
-    let made = maker.examples(&base, settings.smooth_band, progress)?;
+    let made = maker.examples(&base, settings.linear_band, progress)?;
     let mut face = to.clone();
     // The new examples are already in the neutral's place.
     face.settings.align &= !face.examples.is_empty();

@@ -67,7 +67,8 @@ pub struct TransferReport {
     /// Names of the first face's examples that the second face already has. Its own are kept.
     pub own: Vec<String>,
     /// Whether the linear band was transferred too.
-    pub smooth_band: bool,
+    #[serde(rename = "smooth_band")]
+    pub linear_band: bool,
     /// Labels of the landmarks on the second face.
     pub landmarks: Vec<String>,
     /// Whether both have the same faces, so that movements were copied vertex by vertex.
@@ -116,7 +117,7 @@ impl TransferReport {
         is_mirrored: bool,
         found: &Correspondence,
         measures: &Measures<'_>,
-        smooth_band: bool,
+        linear_band: bool,
     ) -> (Self, Maps) {
         let millimetres = to.metres_per_unit * 1e3;
         let of_places = found.places.iter().zip(&found.locals).map(|(place, local)| {
@@ -153,7 +154,7 @@ impl TransferReport {
             vertices: found.places.len(),
             examples: Vec::new(),
             own: Vec::new(),
-            smooth_band,
+            linear_band,
             landmarks: landmarks.labels.clone(),
             same_topology: found.same_topology,
             scale: found.overall.scale * to.metres_per_unit / from.surface().metres_per_unit,
@@ -183,13 +184,15 @@ impl TransferReport {
         }
         if !(SIZES[0]..SIZES[1]).contains(&self.scale) {
             warn(format!(
-                "the second face is {} times as large as the first, which no head is; check the units of both",
+                "the second face is {} times as large as the first, which is not plausible for heads; check \
+                 the units of both",
                 human::number(rounded(self.scale, 3))
             ));
         }
         if landmarks.pairs.len() < FEW && !found.same_topology {
             warn(format!(
-                "only {} are shared; name more places, around eyes and mouth above all, with the same labels or in a table of landmarks",
+                "only {} are shared; add more, above all around the eyes and the mouth, by equal labels or \
+                 in a table of landmarks",
                 human::counted(landmarks.pairs.len(), "landmark")
             ));
         }
@@ -202,25 +205,29 @@ impl TransferReport {
                 .map(|(label, far)| format!("{label} {} mm", human::number(rounded(*far * millimetres, 1))))
                 .collect();
             warn(format!(
-                "landmarks that do not fit what is around them: {}; check that they are at the same place of both faces, or leave them out",
+                "landmarks that do not fit their surroundings: {}; check that they are at the same place of \
+                 both faces, or leave them out",
                 named.join(", ")
             ));
         }
         if !found.turned_over.is_empty() {
             warn(format!(
-                "the warp turns {} over; look at the map of stretches, and add landmarks where it is worst",
+                "the warp turns {} over; look at the map of stretches, and add landmarks where the stretch \
+                 is largest",
                 human::counted(found.turned_over.len(), "triangle")
             ));
         }
         if self.stretch.p95 > STRETCHED {
             warn(format!(
-                "a twentieth of the surface is stretched by more than {} %; look at the map of stretches, and add landmarks where it is worst",
+                "a twentieth of the surface is stretched by more than {} %; look at the map of stretches, \
+                 and add landmarks where the stretch is largest",
                 human::number((100.0 * self.stretch.p95).round())
             ));
         }
         if self.covered < 1.0 - BARE {
             warn(format!(
-                "{} % of the skin has no counterpart and gets no wrinkles; look at the map of distances: a landmark near its edge brings the faces nearer there",
+                "{} % of the skin has no counterpart and gets no wrinkles; look at the map of distances, and \
+                 add landmarks near the edge of that area, which bring the faces nearer there",
                 human::number((100.0 * (1.0 - self.covered)).round())
             ));
         }

@@ -31,7 +31,8 @@ pub(crate) fn evaluated(
     let count = rig.examples().names.len();
     if count == 0 {
         return Err(Error::rig_lacks(format!(
-            "{} has no examples, of which wrinkles could be transferred; give the rig of a face with expression scans",
+            "{} has no examples, so it has no wrinkles to transfer; give the rig of a face with expression \
+             scans",
             rig.surface().name
         )));
     }

@@ -60,7 +60,7 @@ const REDO: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 /// Every key, in the order of the sheet. For the same key, bindings with more modifiers come first.
 pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Play, NONE, Key::Space, "play or pause"),
-    on(Command::Loop, NONE, Key::L, "repeat at the end, or not"),
+    on(Command::Loop, NONE, Key::L, "loop at the end: on or off"),
     on(Command::Next, NONE, Key::Period, "next frame"),
     on(Command::Previous, NONE, Key::Comma, "previous frame"),
     on(Command::First, NONE, Key::Home, "first frame"),
@@ -73,7 +73,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Nudge(0, 1), ALT, Key::ArrowUp, ""),
     on(Command::Nudge(0, -1), ALT, Key::ArrowDown, ""),
     on(Command::Pin, NONE, Key::P, "pin the selected markers, or unpin them"),
-    on(Command::Mirror, NONE, Key::M, "drag the other side as in a mirror, or not"),
+    on(Command::Mirror, NONE, Key::M, "mirrored drags: on or off"),
     on(Command::Reset, NONE, Key::R, "reset the selected markers, or all of them"),
     on(Command::Redo, REDO, Key::Z, "redo"),
     on(Command::Undo, COMMAND, Key::Z, "undo"),
@@ -98,11 +98,11 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Look(7), NONE, Key::F8, ""),
     on(Command::Look(8), NONE, Key::F9, ""),
     on(Command::SaveExample, REDO, Key::S, "save the frame as a mesh, for an example"),
-    on(Command::SaveEdits, COMMAND, Key::E, "save how markers were dragged, as an edit"),
+    on(Command::SaveEdits, COMMAND, Key::E, "save the drags of markers, as an edit"),
     on(Command::SaveFrame, COMMAND, Key::S, "save the frame as a take"),
     on(Command::Screenshot, NONE, Key::S, "save the picture"),
     on(Command::Panels, NONE, Key::T, "show or hide the panel"),
-    on(Command::Keys, NONE, Key::H, "this sheet"),
+    on(Command::Keys, NONE, Key::H, "show or hide this list"),
     // In a browser, the tab belongs to the browser.
     #[cfg(not(target_arch = "wasm32"))]
     on(Command::Close, COMMAND, Key::Q, "close the window"),

@@ -58,12 +58,12 @@ impl Source {
                 #[cfg(not(target_arch = "wasm32"))]
                 (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name),
                 (Self::Bytes(..), ..) => Err(Error::unsupported_format(format!(
-                    "{name}: the page reads no edits; the window does"
+                    "{name}: this page cannot open edits; `rhytid view` can"
                 ))),
                 #[cfg(not(target_arch = "wasm32"))]
-                _ => Err(Error::empty(format!(
-                    "{name}: open a rig and a take first, which these edits are for"
-                ))),
+                _ => {
+                    Err(Error::empty(format!("{name}: open a rig and a take first, then the edits for them")))
+                }
             };
         }
         if self.is_rig() {

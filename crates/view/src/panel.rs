@@ -39,7 +39,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             for (words, command) in [
                 ("The frame as a take", Command::SaveFrame),
                 ("The frame as a mesh, for an example", Command::SaveExample),
-                ("How markers were dragged, as an edit", Command::SaveEdits),
+                ("The drags of markers, as an edit", Command::SaveEdits),
                 ("The picture", Command::Screenshot),
             ] {
                 if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
@@ -92,7 +92,7 @@ fn look(settings: &mut Settings, numbers: &[Numbers], ui: &mut egui::Ui) {
             }
         }
     });
-    egui::ComboBox::from_label("before").selected_text(settings.before.name()).show_ui(ui, |ui| {
+    egui::ComboBox::from_label("comparison").selected_text(settings.before.name()).show_ui(ui, |ui| {
         for before in Before::ALL {
             ui.selectable_value(&mut settings.before, before, before.name());
         }
@@ -100,7 +100,7 @@ fn look(settings: &mut Settings, numbers: &[Numbers], ui: &mut egui::Ui) {
     if settings.before != Before::Off {
         slider(ui, "Wipe", egui::Slider::new(&mut settings.wipe, 0.0..=1.0));
     }
-    slider(ui, "Folds", egui::Slider::new(&mut settings.gain, 0.0..=2.0).suffix(" ×"));
+    slider(ui, "Wrinkles", egui::Slider::new(&mut settings.gain, 0.0..=2.0).suffix(" ×"));
     match settings.show {
         Show::Strain | Show::Edges => {
             let range = egui::Slider::new(&mut settings.strain_range, 0.01..=1.0).logarithmic(true);
@@ -136,7 +136,7 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
     let labels: Vec<&str> =
         scene.selected.iter().map(|&handle| &*document.rig.handles().labels[handle]).collect();
     ui.label(match &labels[..] {
-        [] => "none selected: click one, or press N".to_owned(),
+        [] => "no marker selected: click one, or press N".to_owned(),
         labels => format!("selected: {}", labels.join(", ")),
     });
     let (pose, [can_undo, can_redo]) = (document.pose(), document.can_undo_and_redo());
@@ -174,7 +174,7 @@ fn vertex(scene: &mut Scene, ui: &mut egui::Ui) {
     match scene.explanation() {
         Ok(Some(explanation)) => table(ui, &scene.document.rig, &explanation),
         Ok(None) => {
-            ui.weak("click the skin to see what drives it");
+            ui.weak("click the skin to list what drives that vertex");
         }
         Err(error) => {
             ui.label(error.to_string());
@@ -207,7 +207,7 @@ fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
     let handle = |share: &HandleShare| {
         [rig.handles().labels[share.handle.index()].clone(), format!("{:.2}", share.weight), String::new()]
     };
-    rows(ui, ["follows", "by", ""], handles.map(handle).collect());
+    rows(ui, ["handle", "weight", ""], handles.map(handle).collect());
     let edges = explanation.edges.iter().take(ROWS).map(|edge| {
         let [a, b] = rig.handles().strain_edges[edge.edge.index()]
             .map(|handle| &*rig.handles().labels[handle.index()]);
@@ -221,9 +221,9 @@ fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
         let fold = millimetres * size(&example.fold);
         [name.clone(), format!("{:.3}", example.distance), format!("{fold:.2} mm")]
     });
-    rows(ui, ["example", "how far", "of the folds"], examples.collect());
+    rows(ui, ["example", "distance", "wrinkles"], examples.collect());
     ui.label(format!(
-        "{:.3} from rest; folds {:.2} mm together",
+        "distance from rest {:.3}; all wrinkles {:.2} mm",
         explanation.from_rest,
         millimetres * size(&explanation.fold())
     ));
@@ -234,7 +234,7 @@ fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
     ui.label(format!("drawn on {}", info.name));
     if !app.devices.is_empty() {
         let name = |device: &Option<rhytid_core::DeviceInfo>| match device {
-            None => "where it is drawn".to_owned(),
+            None => "the device that draws".to_owned(),
             Some(info) => format!("{} ({})", info.id(), info.name),
         };
         let mut chosen = app.device.clone();

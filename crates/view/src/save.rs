@@ -39,7 +39,7 @@ impl ViewApp {
             Command::SaveEdits => {
                 let markers = scene.document.drags();
                 if markers.is_empty() {
-                    return Err(Error::empty("no marker was dragged, so that there is no edit to save"));
+                    return Err(Error::empty("no marker was dragged, so there is no edit to save"));
                 }
                 let path = free(&rig, "edit", "toml")?;
                 let (amount, ease) = (Curve::constant(1.0), Ease::default());

@@ -17,8 +17,8 @@ function end(state, message) {
 }
 
 // Where a program in WebAssembly panics, nobody who waits for it hears of it.
-addEventListener("error", (event) => end("broken", `The suite broke off: ${event.message}`));
-addEventListener("unhandledrejection", (event) => end("broken", `The suite broke off: ${event.reason?.message ?? event.reason}`));
+addEventListener("error", (event) => end("broken", `The suite stopped: ${event.message}`));
+addEventListener("unhandledrejection", (event) => end("broken", `The suite stopped: ${event.reason?.message ?? event.reason}`));
 
 // The names that the browser has for its GPU, which may be none.
 function nameOf({ description, vendor, architecture, device }) {
@@ -59,4 +59,4 @@ async function run() {
     end(found.passed ? "passed" : "failed", "");
 }
 
-run().catch((error) => end("broken", `The suite broke off: ${error.message ?? error}`));
+run().catch((error) => end("broken", `The suite stopped: ${error.message ?? error}`));

@@ -12,8 +12,8 @@ function end(state, message) {
     element("status").hidden = !message;
 }
 
-addEventListener("error", (event) => end("broken", `The viewer broke off: ${event.message}`));
-addEventListener("unhandledrejection", (event) => end("broken", `The viewer broke off: ${event.reason?.message ?? event.reason}`));
+addEventListener("error", (event) => end("broken", `The viewer stopped: ${event.message}`));
+addEventListener("unhandledrejection", (event) => end("broken", `The viewer stopped: ${event.reason?.message ?? event.reason}`));
 
 async function run() {
     const reason = await whyNot();
@@ -38,4 +38,4 @@ async function run() {
     element("canvas").focus();
 }
 
-run().catch((error) => end("broken", `The viewer broke off: ${error.message ?? error}`));
+run().catch((error) => end("broken", `The viewer stopped: ${error.message ?? error}`));

@@ -2,12 +2,12 @@
 
 // One sentence where WebGPU is missing; null where it is there.
 export async function whyNot() {
-    if (!window.isSecureContext) return "Browsers give WebGPU to pages that come by https or from this machine itself, and this one does not.";
+    if (!window.isSecureContext) return "Browsers allow WebGPU only on pages that come by https or from this machine, and this page does not.";
     if (!navigator.gpu) {
         return "This browser has no WebGPU: Chrome and Edge have it from version 113 on, Safari from 26, and Firefox from 141 on Windows and 145 on Macs with Apple silicon.";
     }
     if (!(await navigator.gpu.requestAdapter())) {
-        return "This browser has WebGPU and no GPU for it: its drivers may be too old, or its settings may have switched hardware acceleration off.";
+        return "This browser has WebGPU but no GPU for it: its drivers may be too old, or its settings may have switched hardware acceleration off.";
     }
     return null;
 }

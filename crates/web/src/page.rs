@@ -8,15 +8,15 @@ pub fn page(report: &Report, face: &Face) -> String {
     let passed = report.passed() && face.passed();
     html! {
         p .verdict .passed[passed] .failed[!passed] {
-            @if passed { "Passed: this browser computes what Rhytid computes everywhere." }
-            @else { "Failed: what this browser computes is not to be trusted." }
+            @if passed { "Passed: this browser computes the same results as other devices." }
+            @else { "Failed: do not trust the results of this browser." }
         }
         @for device in &report.devices {
             dl {
                 div { dt { "device" } dd { (device.device.name) } }
-                div { dt { "by way of" } dd { (device.device.driver) } }
+                div { dt { "driver" } dd { (device.device.driver) } }
                 @if device.software_driver {
-                    div { dt { "kind" } dd { "a software driver: it says nothing about how fast or exact a GPU is" } }
+                    div { dt { "kind" } dd { "a software driver; the results say nothing about how fast or exact a GPU is" } }
                 }
                 @if let Some(bytes) = device.device.max_binding_bytes {
                     div { dt { "largest binding" } dd { (binding(bytes)) } }
@@ -26,7 +26,7 @@ pub fn page(report: &Report, face: &Face) -> String {
                     (format!("{:.1} s", device.wall_seconds))
                 } }
                 div { dt { "a face of " (face.vertices) " vertices in " (face.frames()) " poses" } dd {
-                    "at most " (format!("{:.1e}", face.off)) " of its size off, of " (format!("{ALLOWED:.0e}")) " allowed"
+                    "off by at most " (format!("{:.1e}", face.off)) " of its size; " (format!("{ALLOWED:.0e}")) " is allowed"
                 } }
             }
             div .wide { table {

@@ -303,7 +303,7 @@ fn poses_teach_how_an_actor_does_what_the_examples_show() {
     let wrong = Settings { poses: [("pose1112".to_owned(), 1760)].into(), ..without };
     let warnings = cleaned(raw, &target, &wrong).report.warnings;
     assert!(
-        warnings.iter().any(|w| w.sentence().contains("than the example “pose1112” shows")),
+        warnings.iter().any(|w| w.sentence().contains("differs from the example “pose1112”")),
         "{warnings:?}"
     );
 }

@@ -4,8 +4,9 @@ use super::channels::Channels;
 use super::live::{FramesChoice, Listen};
 use super::placing::TakeReading;
 use super::values::{
-    HeadChoice, StageChoice, parse_gain, parse_millimetres, parse_rate, parse_region, parse_shapes,
+    HeadChoice, Json, StageChoice, parse_gain, parse_millimetres, parse_rate, parse_region, parse_shapes,
 };
+use super::{DEVICE, GLTF, INPUT, OUTPUT, QUALITY, SIDE_FILES};
 use rhytid::formats::export::WrinkleGroup;
 use std::path::PathBuf;
 
@@ -15,119 +16,145 @@ pub(crate) struct Animate {
     /// The rig file that `solve` wrote.
     pub rig: PathBuf,
 
-    /// The take. CSV with time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space, or the file of a
-    /// capture system. The latter is cleaned first, as `prepare` does it.
+    /// The take: CSV, or the file of a capture system.
+    ///
+    /// A CSV has time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space. The file of a capture system is
+    /// cleaned first, as `prepare` does it.
     #[arg(required_unless_present = "listen")]
     pub take: Option<PathBuf>,
 
-    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2.
-    #[arg(short, long, value_name = "OUT")]
+    /// The file: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2.
+    ///
+    /// The ending is the format. docs/export.md says which format and which options suit which program.
+    #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
     pub output: PathBuf,
 
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
-    /// software drivers last.
-    #[arg(long, default_value = "auto")]
-    pub device: String,
-
-    #[command(flatten)]
-    pub live: Listen,
-
-    /// The frames A to B-1 of the take, counted from 0; either end can be left out. With --listen: the number
-    /// of frames to record.
-    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
+    /// The frames A to B-1, counted from 0; either end may be left out.
+    ///
+    /// With --listen it is the number of frames to record.
+    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true, help_heading = OUTPUT)]
     pub frames: FramesChoice,
 
-    /// How far to go.
-    #[arg(long, value_enum, default_value_t = StageChoice::Full)]
-    pub stage: StageChoice,
-
-    /// Resample to N frames per second [default: the take's own rate].
-    #[arg(long, value_name = "N", value_parser = parse_rate)]
+    /// Resample to N frames per second [default: the take's rate].
+    #[arg(long, value_name = "N", value_parser = parse_rate, help_heading = OUTPUT)]
     pub fps: Option<f64>,
 
-    #[command(flatten)]
-    pub reading: TakeReading,
-
-    /// Fade the wrinkles out where their markers were filled rather than measured, as the take's confidence
-    /// says. Also fade them where a frame is far outside the examples.
-    #[arg(long)]
-    pub fade_detail: bool,
-
-    /// Multiply the wrinkles by this gain, from 0 (no wrinkles, large scale only) to 2.
-    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
-    pub detail: f64,
-
-    /// The same gain about one handle or in one region; can be given many times, and as the table “detail” of
-    /// TAKE.toml. Regions follow from the handles' names: brows, lids, nose, cheeks, lips, chin, jaw,
-    /// forehead, ears, neck.
-    #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region)]
-    pub detail_of: Vec<(String, f64)>,
-
-    /// Edits of the take: EDIT.toml, which docs/edits.md describes.
-    #[arg(long, value_name = "EDIT.toml", conflicts_with = "listen")]
-    pub edit: Option<PathBuf>,
-
-    /// Refine each frame on the processor, as rigid as possible and stiff in bending. It is meant for bends
-    /// of more than 60° on a rig without examples.
-    #[arg(long)]
-    pub refine: bool,
-
-    /// What to do with the head's motion, if the take has it.
-    #[arg(long, value_enum, default_value_t = HeadChoice::Keep)]
+    /// What becomes of the head's motion.
+    #[arg(long, value_enum, default_value_t = HeadChoice::Keep, help_heading = OUTPUT)]
     pub head: HeadChoice,
+
+    /// The take as N shapes with curves, in USD or glTF.
+    ///
+    /// This is for game engines and for shape keys. The error is not limited. It is printed and written to
+    /// the file.
+    #[arg(long, value_name = "N", conflicts_with = "compressed", value_parser = parse_shapes, help_heading = OUTPUT)]
+    pub shapes: Option<usize>,
 
     #[command(flatten)]
     pub channels: Channels,
 
-    /// Examples whose wrinkles form one channel of --wrinkles, under a name of your choice; can be given many
-    /// times [default: each example by itself].
-    #[arg(long, value_name = "NAME=EXAMPLE+EXAMPLE", requires = "wrinkles")]
+    /// Examples that form one channel of --wrinkles, as NAME.
+    ///
+    /// It can be given many times. By default each example has a channel of its own.
+    #[arg(long, value_name = "NAME=A+B", requires = "wrinkles", help_heading = OUTPUT)]
     pub wrinkle_group: Vec<WrinkleGroup>,
 
-    /// Write also the wrinkles as one picture over the texture coordinates, with a tile of N × N pixels for
-    /// each channel of --wrinkles. A CSV beside it says how far each channel is switched on in each frame;
-    /// docs/wrinkles.md describes both.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=4096))]
+    /// Also write a picture of the wrinkles, N × N pixels a channel.
+    ///
+    /// It is a texture with a tile for each channel of --wrinkles. A CSV beside it says how strongly each
+    /// channel is on in each frame; docs/wrinkles.md describes both.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(16..=4096), help_heading = SIDE_FILES)]
     pub masks: Option<u32>,
 
-    /// The picture of --masks; with {frame} in its name, one for each frame [default: beside OUT, under its
-    /// name with .masks.png].
-    #[arg(long, value_name = "MASKS.png", requires = "masks")]
+    /// The picture of --masks [default: OUT's name with .masks.png].
+    ///
+    /// If the name contains {frame}, there is a picture for each frame.
+    #[arg(long, value_name = "MASKS.png", requires = "masks", help_heading = SIDE_FILES)]
     pub masks_to: Option<PathBuf>,
 
-    /// Write also, as CSV, how much each region of the face is stretched and squeezed in each frame;
+    /// Also write the strain of each region in each frame.
+    ///
     /// docs/strain.md says what the columns are.
-    #[arg(long, value_name = "CURVES.csv")]
+    #[arg(long, value_name = "CURVES.csv", help_heading = SIDE_FILES)]
     pub strain_curves: Option<PathBuf>,
 
-    /// Regions of --strain-curves: the neutral as .obj with groups (“g NAME” before faces) [default: by the
-    /// names of the handles].
-    #[arg(long, value_name = "GROUPS.obj", requires = "strain_curves")]
+    /// The regions of --strain-curves [default: by handles' names].
+    ///
+    /// It is the neutral as .obj with groups (“g NAME” before faces).
+    #[arg(long, value_name = "GROUPS.obj", requires = "strain_curves", help_heading = SIDE_FILES)]
     pub groups: Option<PathBuf>,
 
-    /// glTF: as few morph targets as --max-error allows, instead of one for each frame.
-    #[arg(long)]
+    /// Edits of the take.
+    ///
+    /// docs/edits.md describes them.
+    #[arg(long, value_name = "EDIT.toml", conflicts_with = "listen", help_heading = INPUT)]
+    pub edit: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub reading: TakeReading,
+
+    #[command(flatten)]
+    pub live: Listen,
+
+    /// How far to go.
+    #[arg(long, value_enum, default_value_t = StageChoice::Full, help_heading = QUALITY)]
+    pub stage: StageChoice,
+
+    /// Fade wrinkles out where they are unreliable.
+    ///
+    /// Wrinkles fade where markers were filled rather than measured, as the take's confidence says. They also
+    /// fade where a frame is far outside the examples.
+    #[arg(long, help_heading = QUALITY)]
+    pub fade_detail: bool,
+
+    /// Multiply the wrinkles, from 0 (none) to 2.
+    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain, help_heading = QUALITY)]
+    pub detail: f64,
+
+    /// The same in one region or about one handle.
+    ///
+    /// It can be given many times, and as the table “detail” of TAKE.toml. Regions follow from the handles'
+    /// names: brows, lids, nose, cheeks, lips, chin, jaw, forehead, ears, neck.
+    #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region, help_heading = QUALITY)]
+    pub detail_of: Vec<(String, f64)>,
+
+    /// Make each frame as rigid as possible, for large bends.
+    ///
+    /// The processor does it, and keeps bends stiff. It is meant for bends of more than 60° on a rig without
+    /// examples.
+    #[arg(long, help_heading = QUALITY)]
+    pub refine: bool,
+
+    /// As few morph targets as --max-error allows.
+    ///
+    /// Without it, each frame is a morph target.
+    #[arg(long, help_heading = GLTF)]
     pub compressed: bool,
 
-    /// glTF: how far a vertex may be from its place in any frame, in millimetres.
-    #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres)]
+    /// How far a vertex may be off in any frame, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres, help_heading = GLTF)]
     pub max_error: f64,
 
-    /// glTF or USD: the take as N shapes with curves, for engines and for shape keys. The error is not
-    /// limited; it is printed and written to the file.
-    #[arg(long, value_name = "N", conflicts_with = "compressed", value_parser = parse_shapes)]
-    pub shapes: Option<usize>,
-
-    /// glTF: numbers of 8 and 16 bits (KHR_mesh_quantization).
-    #[arg(long)]
+    /// Numbers of 8 and 16 bits (KHR_mesh_quantization).
+    #[arg(long, help_heading = GLTF)]
     pub quantize: bool,
 
-    /// glTF: compressed buffers (EXT_meshopt_compression); three.js and Babylon.js read them, Blender does
-    /// not.
-    #[arg(long)]
+    /// Compressed buffers (EXT_meshopt_compression).
+    ///
+    /// three.js and Babylon.js read them, Blender does not.
+    #[arg(long, help_heading = GLTF)]
     pub meshopt: bool,
 
-    /// glTF: also more than 256 morph targets or 1 GiB.
-    #[arg(long)]
+    /// Allow more than 256 morph targets or 1 GiB.
+    #[arg(long, help_heading = GLTF)]
     pub force: bool,
+
+    /// The device to evaluate on, as `rhytid devices` names it.
+    ///
+    /// auto takes the fastest that conforms, software drivers last.
+    #[arg(long, default_value = "auto", help_heading = DEVICE)]
+    pub device: String,
+
+    #[command(flatten)]
+    pub json: Json,
 }

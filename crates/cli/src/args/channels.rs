@@ -1,6 +1,7 @@
 //! An option for each kind of channels that frames can have. The options follow from the list of kinds: a new
 //! kind needs no line here.
 
+use super::{OUTPUT, USD};
 use clap::{Arg, ArgAction, ArgMatches, Command, FromArgMatches};
 use rhytid::core::ChannelKind;
 use rhytid::formats::animation::Format;
@@ -21,15 +22,13 @@ pub(crate) fn formats(kind: ChannelKind) -> &'static str {
 }
 
 fn argument(kind: ChannelKind) -> Arg {
-    let only = if Format::Glb.carries(kind) { "" } else { "USD: " };
-    let what = match (kind.is_default(), only.is_empty()) {
-        (true, _) => "Leave",
-        (false, true) => "Write",
-        (false, false) => "write",
-    };
+    let verb = if kind.is_default() { "Leave" } else { "Write" };
+    let help = format!("{verb} {}", kind.description());
     Arg::new(option(kind))
         .long(option(kind))
-        .help(format!("{only}{what} {}", kind.description()))
+        .long_help(format!("{help}.\n\n{}", kind.details()))
+        .help(help)
+        .help_heading(if Format::Glb.carries(kind) { OUTPUT } else { USD })
         .action(ArgAction::SetTrue)
 }
 

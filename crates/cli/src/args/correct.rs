@@ -1,6 +1,7 @@
 //! `rhytid correct`
 
 use super::placing::TakeReading;
+use super::values::Json;
 use std::path::PathBuf;
 
 /// `rhytid correct`
@@ -26,4 +27,7 @@ pub(crate) struct Correct {
 
     #[command(flatten)]
     pub reading: TakeReading,
+
+    #[command(flatten)]
+    pub json: Json,
 }

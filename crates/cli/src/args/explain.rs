@@ -1,6 +1,7 @@
 //! `rhytid explain`
 
 use super::placing::TakeReading;
+use super::values::Json;
 use std::path::PathBuf;
 
 /// `rhytid explain`
@@ -20,9 +21,8 @@ pub(crate) struct Explain {
     #[arg(long, value_name = "V", value_delimiter = ',', required = true)]
     pub vertex: Vec<usize>,
 
-    /// Write JSON instead of tables, with all handles, edges and examples.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 
     #[command(flatten)]
     pub reading: TakeReading,

@@ -1,8 +1,9 @@
 //! The arguments of the commands that say how good a rig, a rig for a take, or a device is.
 
 use super::Elsewhere;
+use super::INPUT;
 use super::placing::TakeReading;
-use super::values::{MethodChoice, MissingChoice, StorageChoice};
+use super::values::{Json, MethodChoice, MissingChoice, StorageChoice};
 use std::path::PathBuf;
 
 /// `rhytid evaluate`
@@ -31,11 +32,11 @@ pub(crate) struct Evaluate {
     pub groups: Option<PathBuf>,
 
     /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error, help_heading = INPUT)]
     pub missing: MissingChoice,
 
     /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml", requires = "take")]
+    #[arg(long, value_name = "TAKE.toml", requires = "take", help_heading = INPUT)]
     pub setup: Option<PathBuf>,
 
     #[command(flatten)]
@@ -51,9 +52,8 @@ pub(crate) struct Evaluate {
     #[arg(long, default_value = "auto")]
     pub device: String,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid coverage`
@@ -95,9 +95,8 @@ pub(crate) struct Coverage {
     #[arg(short, long, value_name = "DIR", requires = "take_examples")]
     pub output: Option<PathBuf>,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid conform`
@@ -114,6 +113,9 @@ pub(crate) struct Conform {
     /// A few small cases, in seconds.
     #[arg(long)]
     pub quick: bool,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid bench`
@@ -151,7 +153,6 @@ pub(crate) struct Bench {
     #[arg(long, value_name = "FILE.svg")]
     pub plot: Option<PathBuf>,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }

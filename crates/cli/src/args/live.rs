@@ -1,6 +1,7 @@
 //! The arguments of commands that send or receive frames while they are captured.
 
-use super::values::parse_rate;
+use super::LIVE;
+use super::values::{Json, parse_rate};
 use rhytid::playback::FrameRange;
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
@@ -10,26 +11,29 @@ use std::time::Duration;
 /// `rhytid animate --listen`
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct Listen {
-    /// Record --frames N from the network, as OSC bundles, and then animate them, instead of TAKE;
-    /// docs/live.md says what is sent. ADDR:PORT, or a port of this machine alone [default: 127.0.0.1:9000].
-    /// Ctrl-C ends the recording and keeps the received frames.
+    /// Record --frames N from the network instead of TAKE.
+    ///
+    /// Frames come as OSC bundles; docs/live.md describes them. Give ADDR:PORT, or a port of this machine
+    /// alone [default: 127.0.0.1:9000]. Ctrl-C ends the recording and keeps the received frames.
     #[arg(
         long,
         value_name = "ADDR:PORT",
         num_args = 0..=1,
         default_missing_value = "9000",
         value_parser = parse_address,
+        help_heading = LIVE,
         conflicts_with_all = ["take", "setup", "missing", "take_unit", "take_axes", "take_rate"]
     )]
     pub listen: Option<SocketAddr>,
 
     /// With --listen: also write the received frames as a take.
-    #[arg(long, value_name = "TAKE.csv", requires = "listen")]
+    #[arg(long, value_name = "TAKE.csv", requires = "listen", help_heading = LIVE)]
     pub record: Option<PathBuf>,
 
-    /// With --listen: how many seconds to wait for a frame [default: 30]. Then the recording ends; without
-    /// any frame, that is an error.
-    #[arg(long, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds)]
+    /// With --listen: how long to wait for a frame [default: 30].
+    ///
+    /// After this time without a frame the recording ends. Without any frame, that is an error.
+    #[arg(long, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds, help_heading = LIVE)]
     pub timeout: Option<Duration>,
 }
 
@@ -59,6 +63,9 @@ pub(crate) struct Send {
     /// The frames A to B-1 of the take, counted from 0; either end can be left out.
     #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
     pub frames: FrameRange,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `--frames` of `animate`

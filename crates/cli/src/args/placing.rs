@@ -1,7 +1,8 @@
 //! Flags of the commands that make a project from other people's files.
 
 use super::setup::Setup;
-use super::values::{Elsewhere, MissingChoice, UnitChoice, parse_rate};
+use super::values::{Elsewhere, Json, MissingChoice, UnitChoice, parse_rate};
+use super::{INPUT, SPACE};
 use rhytid::Error;
 use rhytid::capture::Axes;
 use rhytid::formats::export::Treatment;
@@ -54,6 +55,9 @@ pub(crate) struct Handles {
     /// The picture to write [default: beside the table, under its name with .png].
     #[arg(long, value_name = "PICTURE.png")]
     pub picture: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `rhytid new`
@@ -79,35 +83,38 @@ pub(crate) struct New {
     /// The meshes' unit [default: the one in which the neutral has the size of a head].
     #[arg(long, value_enum)]
     pub unit: Option<UnitChoice>,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// The space of a take's CSV that is not in the rig's space; each option is exact.
 #[derive(Debug, Clone, Default, clap::Args)]
-#[command(next_help_heading = "A take's CSV in another space")]
 pub(crate) struct TakeSpace {
-    /// Its unit [default: the mesh's].
-    #[arg(long, value_enum, value_name = "UNIT")]
+    /// The unit of a take's CSV [default: the mesh's].
+    #[arg(long, value_enum, value_name = "UNIT", help_heading = SPACE)]
     pub take_unit: Option<UnitChoice>,
 
-    /// Its axes that the mesh's x, y and z are, such as +x+z-y, or -x+y+z for a mirror image [default: the
-    /// mesh's].
-    #[arg(long, value_name = "AXES", allow_hyphen_values = true)]
+    /// Its axes, such as +x+z-y [default: the mesh's].
+    ///
+    /// They are the axes of the CSV that the mesh's x, y and z are. -x+y+z is a mirror image.
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true, help_heading = SPACE)]
     pub take_axes: Option<Axes>,
 
     /// Its frames per second, if its times are not seconds.
-    #[arg(long, value_name = "N", value_parser = parse_rate)]
+    #[arg(long, value_name = "N", value_parser = parse_rate, help_heading = SPACE)]
     pub take_rate: Option<f64>,
 }
 
 /// How to read a take that a rig plays.
 #[derive(Debug, Clone, Default, clap::Args)]
 pub(crate) struct TakeReading {
-    /// What to do where a marker is missing from a frame.
-    #[arg(long, value_enum, default_value_t = MissingChoice::Error)]
+    /// What to do where a marker is missing.
+    #[arg(long, value_enum, default_value_t = MissingChoice::Error, help_heading = INPUT)]
     pub missing: MissingChoice,
 
-    /// For a raw take: what is known of the actor and the session, as for `prepare`.
-    #[arg(long, value_name = "TAKE.toml")]
+    /// For a raw take: actor and session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml", help_heading = INPUT)]
     pub setup: Option<PathBuf>,
 
     #[command(flatten)]

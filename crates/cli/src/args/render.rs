@@ -2,7 +2,8 @@
 
 use super::placing::TakeReading;
 use super::skin::SkinLight;
-use super::values::{StageChoice, parse_gain};
+use super::values::{Json, StageChoice, parse_gain};
+use super::{CAMERA, DEVICE, INPUT, OUTPUT, QUALITY, SHOW};
 use clap::ValueEnum;
 use clap::builder::ArgPredicate;
 use rhytid::playback::FrameRange;
@@ -18,137 +19,152 @@ pub(crate) struct Render {
     /// The take, as for `animate`.
     pub take: PathBuf,
 
-    /// What to write. A .png is a sheet of frames, or a picture for each frame if its name contains {frame}.
-    /// An .mp4 is a film of all frames (AV1), a .webp a lossless moving picture.
-    #[arg(short, long, value_name = "OUT")]
+    /// The picture or film: .png, .mp4 or .webp.
+    ///
+    /// A .png is a sheet of frames, or a picture for each frame if its name contains {frame}. An .mp4 is a
+    /// film of all frames (AV1), a .webp a lossless moving picture.
+    #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
     pub output: PathBuf,
 
-    /// The frames A to B-1 of the take, counted from 0; either end can be left out.
-    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true)]
+    /// The frames A to B-1, counted from 0; either end may be left out.
+    #[arg(long, value_name = "A..B", default_value = "..", hide_default_value = true, help_heading = OUTPUT)]
     pub frames: FrameRange,
 
-    /// For a sheet: the number of frames, spread evenly over --frames.
-    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=400))]
+    /// The frames of a sheet, spread evenly over --frames.
+    #[arg(long, value_name = "N", default_value_t = 12, value_parser = clap::value_parser!(u32).range(1..=400), help_heading = OUTPUT)]
     pub count: u32,
 
-    /// What to show, beside each other [default: shaded; with --compare shaded,error].
+    /// Pixels of each picture [default: 720x960, on a sheet 300x400].
+    #[arg(long, value_name = "WxH", value_parser = parse_size, help_heading = OUTPUT)]
+    pub size: Option<[u32; 2]>,
+
+    /// RRGGBB, or none for transparent [default: a sheet's paper].
+    #[arg(long, value_name = "COLOUR", value_parser = parse_background, help_heading = OUTPUT)]
+    pub background: Option<Background>,
+
+    /// What to show, side by side [default: shaded].
+    ///
+    /// With --compare the default is shaded,error.
     #[arg(
         long,
         value_enum,
         value_delimiter = ',',
         default_value = "shaded",
         default_value_if("compare", ArgPredicate::IsPresent, "shaded,error"),
-        hide_default_value = true
+        hide_default_value = true,
+        help_heading = SHOW
     )]
     pub show: Vec<Show>,
 
-    /// What to put to the left of each: the face at an earlier stage, or as another rig has it.
-    #[arg(long, value_name = "shell|large-scale|RIG", value_parser = parse_before)]
+    /// To the left of each: an earlier stage, or another rig.
+    #[arg(long, value_name = "shell|large-scale|RIG", value_parser = parse_before, help_heading = SHOW)]
     pub before: Option<BeforeChoice>,
 
-    /// Dense meshes that show the truth, to put beside each: as for `evaluate --truth`.
-    #[arg(long, value_name = "TRUTH")]
-    pub compare: Option<PathBuf>,
-
-    /// Which frames of the take the truth has: CSV with a column frame, counted from 0 [default: all].
-    #[arg(long, value_name = "FRAMES.csv", requires = "compare")]
-    pub truth_frames: Option<PathBuf>,
-
-    /// Width and height of each, in pixels [default: 300x400 on a sheet, else 720x960].
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub size: Option<[u32; 2]>,
-
-    /// Degrees to look from the face's left (positive) or right.
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
-    pub turn: f32,
-
-    /// Degrees to look from above (positive) or below, within 90.
-    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle)]
-    pub raise: f32,
-
-    /// Show the whole mesh in the picture, instead of the part around the handles.
-    #[arg(long)]
-    pub whole: bool,
-
-    /// The camera goes once around while the frames go by; around a single frame in --count steps.
-    #[arg(long)]
-    pub turntable: bool,
-
-    /// Focal length, for film of 36 x 24 mm.
-    #[arg(long, value_name = "MM", default_value_t = 85.0, value_parser = parse_lens)]
-    pub lens: f32,
-
-    /// The vertex whose influences are shown, counted from 0.
-    #[arg(long, value_name = "N")]
+    /// The vertex of --show influences, counted from 0.
+    #[arg(long, value_name = "N", help_heading = SHOW)]
     pub vertex: Option<usize>,
 
-    /// For --show matcap: the picture of a ball that fills it, PNG or JPEG [default: clay].
-    #[arg(long, value_name = "IMAGE")]
+    /// The picture of a ball for --show matcap [default: clay].
+    #[arg(long, value_name = "IMAGE", help_heading = SHOW)]
     pub matcap: Option<PathBuf>,
 
-    /// For --show textured: the image, PNG or JPEG, or an .obj, .mtl, .glb or .gltf whose materials name
-    /// images.
-    #[arg(long, value_name = "FILE")]
+    /// The image of --show textured.
+    ///
+    /// It is a PNG or JPEG, or an .obj, .mtl, .glb or .gltf whose materials name images.
+    #[arg(long, value_name = "FILE", help_heading = SHOW)]
     pub texture: Option<PathBuf>,
 
-    /// What is behind the face: red, green and blue as RRGGBB, or none for a transparent picture [default:
-    /// the colour of a sheet's paper].
-    #[arg(long, value_name = "COLOUR", value_parser = parse_background)]
-    pub background: Option<Background>,
+    /// Leave out the parts of the mesh with these vertices.
+    ///
+    /// A part is connected. An example is the film of tears before an eye.
+    #[arg(long, value_name = "VERTEX", value_delimiter = ',', help_heading = SHOW)]
+    pub hide: Vec<usize>,
 
-    /// The strain that has the last colour, as a part of the length at rest.
-    #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = parse_range)]
+    /// The last colour of --show strain, relative to the rest.
+    #[arg(long, value_name = "PART", default_value_t = 0.3, value_parser = parse_range, help_heading = SHOW)]
     pub strain_range: f32,
 
-    /// The detail that has the last colour, in millimetres.
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range)]
+    /// The last colour of --show detail, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range, help_heading = SHOW)]
     pub detail_range: f32,
 
-    /// The sigma that has the last colour, in millimetres.
-    #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = parse_range)]
+    /// The last colour of --show sigma, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 2.0, value_parser = parse_range, help_heading = SHOW)]
     pub sigma_range: f32,
 
-    /// The error that has the last colour, in millimetres.
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range)]
+    /// The last colour of --show error, in millimetres.
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range, help_heading = SHOW)]
     pub error_range: f32,
-
-    /// Edits of the take: EDIT.toml, which docs/edits.md describes.
-    #[arg(long, value_name = "EDIT.toml")]
-    pub edit: Option<PathBuf>,
-
-    /// Fade the wrinkles out where they are unreliable, as for `animate`.
-    #[arg(long)]
-    pub fade_detail: bool,
-
-    /// Multiply the wrinkles by this gain, from 0 to 2.
-    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain)]
-    pub detail: f64,
-
-    /// How far to go.
-    #[arg(long, value_enum, default_value_t = StageChoice::Full)]
-    pub stage: StageChoice,
-
-    /// The device to evaluate on, as `rhytid devices` names it. auto takes the device that draws if it is a
-    /// GPU and can draw the frames directly. Otherwise auto takes the fastest that conforms, software drivers
-    /// last.
-    #[arg(long, default_value = "auto")]
-    pub device: String,
-
-    /// The device to draw with, one of the backend wgpu [default: that of --device if it is one, else the
-    /// first].
-    #[arg(long)]
-    pub draw_on: Option<String>,
-
-    /// Leave out the connected parts of the mesh that contain these vertices, such as the film of tears
-    /// before an eye.
-    #[arg(long, value_name = "VERTEX", value_delimiter = ',')]
-    pub hide: Vec<usize>,
 
     #[command(flatten)]
     pub skin: SkinLight,
 
+    /// From the face's left (positive) or right, in degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle, help_heading = CAMERA)]
+    pub turn: f32,
+
+    /// From above (positive) or below, within 90 degrees.
+    #[arg(long, value_name = "DEGREES", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_angle, help_heading = CAMERA)]
+    pub raise: f32,
+
+    /// Show the whole mesh, and not only the part around the handles.
+    #[arg(long, help_heading = CAMERA)]
+    pub whole: bool,
+
+    /// Go once around the face while the frames go by.
+    ///
+    /// Around a single frame, the camera goes in --count steps.
+    #[arg(long, help_heading = CAMERA)]
+    pub turntable: bool,
+
+    /// Focal length, for film of 36 x 24 mm.
+    #[arg(long, value_name = "MM", default_value_t = 85.0, value_parser = parse_lens, help_heading = CAMERA)]
+    pub lens: f32,
+
+    /// Edits of the take.
+    ///
+    /// docs/edits.md describes them.
+    #[arg(long, value_name = "EDIT.toml", help_heading = INPUT)]
+    pub edit: Option<PathBuf>,
+
+    /// Dense meshes of the true face, as for `evaluate --truth`.
+    #[arg(long, value_name = "TRUTH", help_heading = INPUT)]
+    pub compare: Option<PathBuf>,
+
+    /// The frames that --compare has, as a column frame [default: all].
+    #[arg(long, value_name = "FRAMES.csv", requires = "compare", help_heading = INPUT)]
+    pub truth_frames: Option<PathBuf>,
+
     #[command(flatten)]
     pub reading: TakeReading,
+
+    /// How far to go.
+    #[arg(long, value_enum, default_value_t = StageChoice::Full, help_heading = QUALITY)]
+    pub stage: StageChoice,
+
+    /// Fade wrinkles out where they are unreliable, as for `animate`.
+    #[arg(long, help_heading = QUALITY)]
+    pub fade_detail: bool,
+
+    /// Multiply the wrinkles, from 0 (none) to 2.
+    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain, help_heading = QUALITY)]
+    pub detail: f64,
+
+    /// The device to evaluate on, as `rhytid devices` names it.
+    ///
+    /// auto takes the device that draws if it is a GPU and can draw the frames directly. Otherwise auto takes
+    /// the fastest that conforms, software drivers last.
+    #[arg(long, default_value = "auto", help_heading = DEVICE)]
+    pub device: String,
+
+    /// The device to draw with, of the backend wgpu.
+    ///
+    /// By default it is that of --device if it is one of wgpu, else the first.
+    #[arg(long, help_heading = DEVICE)]
+    pub draw_on: Option<String>,
+
+    #[command(flatten)]
+    pub json: Json,
 }
 
 /// `--show`

@@ -1,22 +1,24 @@
 //! The light and exposure of `rhytid render --show skin`.
 
+use super::SHOW;
 use clap::ValueEnum;
 use rhytid::render::{Lights, Tone};
 
 /// For `--show skin`.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct SkinLight {
-    /// For --show skin: the direction of the key light, seen from the face. Degrees to the picture's right
-    /// (negative: left), and up.
-    #[arg(long, value_name = "RIGHT,UP", default_value = "-41,33", allow_hyphen_values = true, value_parser = parse_light)]
+    /// The key light of --show skin, in degrees.
+    ///
+    /// It is the direction seen from the face: to the picture's right (negative: left), and up.
+    #[arg(long, value_name = "RIGHT,UP", default_value = "-41,33", allow_hyphen_values = true, value_parser = parse_light, help_heading = SHOW)]
     pub light: From,
 
-    /// For --show skin: how many stops brighter (positive) or darker (negative).
-    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_stops)]
+    /// Brightness of --show skin, in stops.
+    #[arg(long, value_name = "STOPS", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_stops, help_heading = SHOW)]
     pub exposure: f32,
 
-    /// For --show skin: how bright colours are shown.
-    #[arg(long, value_enum, default_value_t = ToneChoice::Neutral)]
+    /// How --show skin shows bright colours.
+    #[arg(long, value_enum, default_value_t = ToneChoice::Neutral, help_heading = SHOW)]
     pub tone: ToneChoice,
 }
 

@@ -1,6 +1,6 @@
 //! `rhytid transfer`
 
-use super::Elsewhere;
+use super::{Elsewhere, Json};
 use std::path::PathBuf;
 
 /// `rhytid transfer`
@@ -27,8 +27,8 @@ pub(crate) struct Transfer {
     pub landmarks: Option<PathBuf>,
 
     /// Carry over the first face's whole motion with its linear band, not its wrinkles alone.
-    #[arg(long)]
-    pub with_smooth_band: bool,
+    #[arg(long, alias = "with-smooth-band")]
+    pub with_linear_band: bool,
 
     /// The folder to write the new examples to, as .obj; made if it does not exist.
     #[arg(long, value_name = "DIR")]
@@ -39,7 +39,6 @@ pub(crate) struct Transfer {
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
 
-    /// Print JSON; docs/cli.md lists the keys.
-    #[arg(long)]
-    pub json: bool,
+    #[command(flatten)]
+    pub json: Json,
 }

@@ -1,5 +1,6 @@
 //! The values of flags that are more than a number or a path.
 
+use super::{GLOBAL, INPUT};
 use clap::ValueEnum;
 use rhytid::BasisStorage;
 use rhytid::core::Method;
@@ -12,16 +13,33 @@ use std::str::FromStr;
 /// `--allow-elsewhere`
 #[derive(Debug, Clone, Copy, Default, clap::Args)]
 pub(crate) struct Elsewhere {
-    /// Let files name other files outside their own folder. Use it for files of people you trust.
-    #[arg(long)]
+    /// Let files name other files outside their own folder.
+    ///
+    /// Use it for files of people you trust.
+    #[arg(long, help_heading = INPUT)]
     allow_elsewhere: bool,
 }
 
 impl Elsewhere {
+    /// The option as it was given, with a blank before it, to be given to another command.
+    pub(crate) fn again(self) -> &'static str {
+        if self.allow_elsewhere { " --allow-elsewhere" } else { "" }
+    }
+
     /// Where the files that other files name may be.
     pub(crate) fn reach(self) -> Reach {
         if self.allow_elsewhere { Reach::Anywhere } else { Reach::Below }
     }
+}
+
+/// `--json`
+#[derive(Debug, Clone, Copy, Default, clap::Args)]
+pub(crate) struct Json {
+    /// Print JSON.
+    ///
+    /// docs/cli.md lists the keys.
+    #[arg(long = "json", help_heading = GLOBAL)]
+    pub wanted: bool,
 }
 
 /// `--stage`

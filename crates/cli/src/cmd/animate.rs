@@ -13,6 +13,7 @@ use rhytid::formats::export::{self, Gains, HeadMotion, OutputStage, Recipe, Wrin
 use rhytid::formats::{FileKind, mesh, refuse_inputs};
 use rhytid::playback::{Correction, Layers, Performance, Selection};
 use rhytid::{Error, Result, Rig, Take};
+use serde::Serialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -42,21 +43,75 @@ pub(super) struct Animated {
 /// As [`animate`].
 pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
     let done = animate(args, ui)?;
-    if ui.is_quiet() {
-        return Ok(());
+    output::done(args.json, ui, &Summary::new(args, &done), || {
+        let text = format!(
+            "{}: {} at {} frames per second, evaluated on {} in {} ({} frames/s), {}{}",
+            args.output.display(),
+            human::counted(done.frames, "frame"),
+            human::number(done.rate),
+            done.device.id(),
+            human::duration(done.time),
+            human::number((done.frames as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
+            human::bytes(done.written.bytes),
+            morphs(&done.written, done.metres_per_unit)
+        );
+        text + &next(args)
+    })
+}
+
+/// The commands that come next: look at it, and check the file.
+fn next(args: &args::Animate) -> String {
+    let Some(take) = args.take.as_ref().or(args.live.record.as_ref()) else { return String::new() };
+    let [rig, take, file] = [&args.rig, take, &args.output].map(|path| output::word(path));
+    let option = |name: &str, value: &Option<PathBuf>| {
+        value.as_ref().map_or(String::new(), |path| format!(" {name} {}", output::word(path)))
+    };
+    let edit = option("--edit", &args.edit);
+    let setup = option("--setup", &args.reading.setup);
+    let elsewhere = args.reading.elsewhere.again();
+    let mut commands = vec![format!("rhytid view {rig} {take}{edit}")];
+    // A point cache says nothing about how it was made.
+    if Format::from_extension(&args.output).is_ok_and(|format| format != Format::Pc2)
+        && args.live.listen.is_none()
+    {
+        commands.push(format!("rhytid verify {file} --rig {rig} --take {take}{edit}{setup}{elsewhere}"));
     }
-    output::say(&format!(
-        "{}: {} at {} frames per second, evaluated on {} ({}) in {}, {} frames/s, {}{}",
-        args.output.display(),
-        human::counted(done.frames, "frame"),
-        human::number(done.rate),
-        done.device.id(),
-        done.device.name,
-        human::duration(done.time),
-        human::number((done.frames as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
-        human::bytes(done.written.bytes),
-        morphs(&done.written, done.metres_per_unit)
-    ))
+    output::next(&commands)
+}
+
+/// The JSON that is printed.
+#[derive(Serialize)]
+struct Summary<'a> {
+    file: &'a Path,
+    bytes: u64,
+    frames: usize,
+    frames_per_second: f64,
+    device: String,
+    device_name: &'a str,
+    seconds: f64,
+    /// Null where the file has no morph targets.
+    morph_targets: Option<usize>,
+    /// The largest distance of a vertex from its place; null where nothing is approximated.
+    worst_mm: Option<f64>,
+    rms_mm: Option<f64>,
+}
+
+impl<'a> Summary<'a> {
+    fn new(args: &'a args::Animate, done: &'a Animated) -> Self {
+        let millimetres = |length: f64| length * done.metres_per_unit * 1e3;
+        Self {
+            file: &args.output,
+            bytes: done.written.bytes,
+            frames: done.frames,
+            frames_per_second: done.rate,
+            device: done.device.id(),
+            device_name: &done.device.name,
+            seconds: done.time.as_secs_f64(),
+            morph_targets: done.written.targets,
+            worst_mm: done.written.error.as_ref().map(|error| millimetres(error.worst)),
+            rms_mm: done.written.error.as_ref().map(|error| millimetres(error.rms)),
+        }
+    }
 }
 
 /// The words about morph targets and their error, if there are any.

@@ -1,7 +1,6 @@
 //! `rhytid completions`
 
 use crate::{args, output};
-use clap::CommandFactory;
 use rhytid::{Error, Result};
 
 /// Prints the completions.
@@ -11,7 +10,7 @@ use rhytid::{Error, Result};
 pub(super) fn run(args: &args::Completions) -> Result<()> {
     // Into memory first: clap_complete panics where its writer fails.
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut args::Args::command(), "rhytid", &mut script);
+    clap_complete::generate(args.shell, &mut args::command(), "rhytid", &mut script);
     let script = String::from_utf8(script).map_err(|e| Error::Internal(e.to_string()))?;
     output::line(script.trim_end())
 }

@@ -44,7 +44,10 @@ pub(super) fn run(args: &args::Conform, ui: &Ui) -> Result<ExitCode> {
     let reports = devices.iter().map(|info| examine(info, suite, ui)).collect::<Result<Vec<_>>>()?;
     ui.clear();
     let report = Report::new(suite, bandwidth, reports, without_device);
-    output::say(&report.to_terminal())?;
+    match args.json.wanted {
+        true => output::json(&report)?,
+        false => output::say(&report.to_terminal())?,
+    }
     if let Some(folder) = &args.report {
         report.write(folder)?;
     }

@@ -48,11 +48,15 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
         (rig.surface().faces.clone(), rig.surface().uvs.clone(), rig.surface().materials.clone());
     mesh::write_obj(output, &Mesh { positions, faces, uvs, materials })?;
     ui.clear();
-    if ui.is_quiet() {
-        return Ok(());
-    }
+    let summary = serde_json::json!({ "file": output, "frame": args.frame, "take": args.take });
+    output::done(args.json, ui, &summary, || text(args))
+}
+
+/// How the written mesh goes on.
+fn text(args: &args::Correct) -> String {
+    let output = &args.output;
     let name = |path: &Path| path.display().to_string();
-    output::say(&format!(
+    format!(
         "{}: frame {} of {}. Sculpt it without changing its vertices' order. Then, for this take and others like it, in a file of edits:\n\n  \
          [[correction]]\n  mesh = {:?}\n  frame = {}\n\nor, as an example of the rig, in the project file:\n\n  [[example]]\n  name = \"frame {}\"\n  \
          mesh = {:?}\n  take = {:?}\n  frame = {}",
@@ -65,5 +69,5 @@ pub(super) fn run(args: &args::Correct, ui: &Ui) -> Result<()> {
         name(output),
         name(&args.take),
         args.frame
-    ))
+    )
 }

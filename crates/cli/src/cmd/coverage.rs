@@ -34,7 +34,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     if rig.learned().is_none() && !plans {
         let found = ui.timed("compare", || by_strain::coverage(&rig.widened(), &take, top)).0?;
         ui.clear();
-        return match args.json {
+        return match args.json.wanted {
             true => output::json(&found),
             false => output::say(&strain_text(&found, &take_name)),
         };
@@ -55,7 +55,7 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         _ => String::new(),
     };
     ui.clear();
-    match args.json {
+    match args.json.wanted {
         true => output::json(&found),
         false => output::say(&(text(&found, &take_name) + &lines)),
     }
@@ -146,7 +146,7 @@ fn text(found: &Coverage, take: &str) -> String {
 fn sigma_text(sigma: &TakeSigma, take: &str, frames: usize) -> String {
     let rms = (sigma.frames_mm.iter().map(|x| x * x).sum::<f64>() / frames.max(1) as f64).sqrt();
     let mut text = format!(
-        "{take}: σ is {rms:.3} mm RMS, where an example that is left out has {:.3}; {} of {} {} covered",
+        "{take}: σ is {rms:.3} mm RMS, the σ of an expression without a scan {:.3} mm; {} of {} {} covered",
         sigma.left_out_mm,
         share(sigma.covered, frames),
         human::counted(frames, "frame"),

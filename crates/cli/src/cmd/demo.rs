@@ -13,6 +13,7 @@ use rhytid::formats::project::{
 use rhytid::formats::{Reach, mesh, tables, take};
 use rhytid::playback::FrameRange;
 use rhytid::{Error, Face, Progress, Result, Take};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -39,13 +40,28 @@ const FILM_FRAMES: usize = 60;
 #[cfg(feature = "film")]
 const FILM_SIZE: [u32; 2] = [360, 480];
 
+/// A step of the demo.
+#[derive(Serialize)]
+struct Step {
+    #[serde(rename = "step")]
+    name: String,
+    seconds: f64,
+    made: String,
+}
+
+impl Step {
+    fn time(&self) -> Duration {
+        Duration::from_secs_f64(self.seconds)
+    }
+}
+
 /// What was done, for the table at the end.
 #[derive(Default)]
-struct Steps(Vec<[String; 3]>);
+struct Steps(Vec<Step>);
 
 impl Steps {
-    fn add(&mut self, name: &str, what: String, time: Duration) {
-        self.0.push([name.to_owned(), human::duration(time), what]);
+    fn add(&mut self, name: &str, made: String, time: Duration) {
+        self.0.push(Step { name: name.to_owned(), seconds: time.as_secs_f64(), made });
     }
 
     /// The steps from the project file to the rig file.
@@ -77,11 +93,12 @@ pub(super) fn run(args: &args::Demo, ui: &Ui) -> Result<()> {
         return Err(Error::input(format!("stopped before the end; the files finished so far are in {dir}")));
     }
     result?;
-    if ui.is_quiet() {
-        return Ok(());
-    }
-    output::say(&output::table(&steps.0))?;
-    output::say(&next_steps(&args.dir))
+    let summary = serde_json::json!({ "folder": args.dir, "steps": steps.0 });
+    output::done(args.json, ui, &summary, || {
+        let row = |step: &Step| [step.name.clone(), human::duration(step.time()), step.made.clone()];
+        let rows: Vec<[String; 3]> = steps.0.iter().map(row).collect();
+        output::table(&rows) + "\n" + &next_steps(&args.dir)
+    })
 }
 
 fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
@@ -165,6 +182,7 @@ fn animate(
         meshopt: false,
         force: false,
         shapes: None,
+        json: args::Json::default(),
     };
     let done = animate::animate(&job, ui)?;
     let mut made =
@@ -224,6 +242,7 @@ fn draw(
         device: "auto".to_owned(),
         draw_on: None,
         reading: args::TakeReading::default(),
+        json: args::Json::default(),
     };
     match super::render::draw(&job, ui) {
         Ok(done) => {
@@ -329,14 +348,21 @@ fn strongest_frame(face: &Face, take: &Take) -> usize {
 }
 
 fn next_steps(dir: &Path) -> String {
-    let dir = dir.display();
     // The program's name as it was called, so that the lines can be pasted even if it is not on the path.
     let rhytid = std::env::args().next().unwrap_or_else(|| "rhytid".to_owned());
-    format!(
-        "\nNext:
-  open {dir}/face.usd in Blender (File > Import) and press play; {dir}/face.glb is for viewers and the web
-  {rhytid} info {dir}/face.safetensors
-  {rhytid} animate {dir}/face.safetensors {dir}/performance.csv -o coarse.usd --stage large-scale
-  with your own scans: edit {dir}/face.toml, then {rhytid} doctor, solve and animate; see docs/getting-started.md"
-    )
+    let rhytid = output::word(Path::new(&rhytid));
+    let [rig, take, project] =
+        ["face.safetensors", "performance.csv", "face.toml"].map(|name| output::word(&dir.join(name)));
+    let dir = dir.display();
+    output::next(&[
+        format!(
+            "open {dir}/face.usd in Blender (File > Import) and press play; {dir}/face.glb is for viewers and the web"
+        ),
+        format!("{rhytid} view {rig} {take}"),
+        format!("{rhytid} animate {rig} {take} -o coarse.usd --stage large-scale"),
+        format!(
+            "with your own scans: edit {project}, then {rhytid} doctor, solve and animate; see {}getting-started.md",
+            args::DOCS
+        ),
+    ])
 }

@@ -28,7 +28,7 @@ struct Listed {
 /// As [`output::say`].
 pub(super) fn run(args: &args::Devices) -> Result<()> {
     let listing = listing();
-    if args.json {
+    if args.json.wanted {
         return output::json(&listing);
     }
     let heading = ["device", "name", "kind", "driver", "memory", "largest array"].map(str::to_owned);

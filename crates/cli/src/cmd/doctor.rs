@@ -35,7 +35,7 @@ pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
         notes: count(Severity::Note),
         findings: &report.findings,
     };
-    if args.json {
+    if args.json.wanted {
         output::json(&examination)?;
     } else if !(ui.is_quiet() && examination.solvable) {
         output::say(&text(&report, &examination))?;

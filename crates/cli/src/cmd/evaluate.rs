@@ -57,7 +57,7 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
         ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();
-    match args.json {
+    match args.json.wanted {
         true => output::json(&found),
         false => output::say(&text(&face, &found)),
     }
@@ -72,7 +72,7 @@ fn text(face: &Face, found: &Evaluation) -> String {
         human::counted(face.examples.len(), "example")
     );
     if let Some(comparisons) = &found.truth {
-        let header = ["from the truth", "RMS", "95 %", "99.9 %", "worst", "fold band", "most in"];
+        let header = ["from the truth", "RMS", "95 %", "99.9 %", "worst", "wrinkle band", "most in"];
         let rows = comparisons.iter().map(comparison);
         text += &format!("\n\n{}", table(header, rows));
     }

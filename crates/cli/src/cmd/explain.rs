@@ -29,7 +29,7 @@ pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     let vertices: Vec<Explained> = args.vertex.iter().map(explain).collect::<Result<_>>()?;
     ui.clear();
     let folds_along = if rig.vector_folds() { "mesh axes" } else { "tangent, bitangent, normal" };
-    if args.json {
+    if args.json.wanted {
         return output::json(&Report { frame: args.frame, time, folds_along, vertices });
     }
     let texts = vertices.iter().map(|vertex| vertex.text(args.frame, time));
@@ -147,9 +147,9 @@ impl Explained {
         let example = |e: &Example| {
             [e.name.clone(), format!("{:.3}", e.distance), format!("{:.3} mm", length(&e.folds_mm))]
         };
-        part(["example", "how far", "of the folds"], self.examples.iter().map(example).collect());
+        part(["example", "how far", "of the wrinkles"], self.examples.iter().map(example).collect());
         text += &format!(
-            "\n\n{:.3} from rest; the folds are {:.3} mm together",
+            "\n\n{:.3} from rest; the wrinkles are {:.3} mm together",
             self.from_rest,
             length(&self.folds_mm)
         );

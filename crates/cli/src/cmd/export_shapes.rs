@@ -53,14 +53,19 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
         &options,
         ui,
     )?;
-    if ui.is_quiet() {
-        return Ok(());
-    }
-    output::say(&format!(
-        "{}: {} ({} of examples), {}",
-        args.output.display(),
-        human::counted(shapes.len(), "shape"),
-        rig.examples().names.len(),
-        human::bytes(written.bytes)
-    ))
+    let summary = serde_json::json!({
+        "file": args.output,
+        "bytes": written.bytes,
+        "shapes": shapes.len(),
+        "examples": rig.examples().names.len(),
+    });
+    output::done(args.json, ui, &summary, || {
+        format!(
+            "{}: {} ({} of examples), {}",
+            args.output.display(),
+            human::counted(shapes.len(), "shape"),
+            rig.examples().names.len(),
+            human::bytes(written.bytes)
+        )
+    })
 }

@@ -12,10 +12,11 @@ use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
 use rhytid::{Error, Face, InputErrorKind, Result};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex than this, in millimetres, is red in the picture.
-const FAR: f64 = 8.0;
+const DOUBTFUL_MM: f64 = 8.0;
 
 /// Handles named in the summary, the farthest first.
 const NAMED: usize = 5;
@@ -43,20 +44,23 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
         .0?;
     let millimetres = face.metres_per_unit * 1e3;
     let is_drawn;
+    let mut placed = None;
     let lines = match &args.take {
         Some(take) => {
             let found = ui.timed("place", || from_take(args, take, &face)).0?;
             let distances: Vec<f64> = found.distances.iter().map(|d| d * millimetres).collect();
             face.handles = found.handles.clone();
             tables::write_handles(&table, &face.handles, Some(&distances))?;
-            let doubtful: Vec<bool> = distances.iter().map(|distance| *distance > FAR).collect();
+            let doubtful: Vec<bool> = distances.iter().map(|distance| *distance > DOUBTFUL_MM).collect();
             is_drawn = draw(&picture, &face, &doubtful, &found.markers)?;
             ui.clear();
             found
                 .warnings
                 .iter()
                 .for_each(|warning| ui.line(&format!("warning: {}: {warning}", take.display())));
-            said(&found, &distances)
+            let lines = said(&found, &distances, ui);
+            placed = Some((found, distances));
+            lines
         }
         None => {
             face.handles = ui.timed("place", || spread(args, &face)).0?;
@@ -66,14 +70,42 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
             format!("{} spread over the face", human::counted(face.handles.labels.len(), "handle"))
         }
     };
-    if ui.is_quiet() {
-        return Ok(());
-    }
-    let look = match is_drawn {
-        true => format!("\n{}: look at it before you go on", picture.display()),
-        false => String::new(),
+    let summary = Summary {
+        file: &table,
+        picture: is_drawn.then_some(&picture),
+        handles: face.handles.labels.len(),
+        frame: placed.as_ref().map(|(found, _)| found.frame),
+        distances_mm: placed.as_ref().map(|(_, distances)| distances),
+        left_out: placed.as_ref().map(|(found, _)| &*found.rigid).unwrap_or_default(),
+        not_seen: placed.as_ref().map(|(found, _)| &*found.unseen).unwrap_or_default(),
     };
-    output::say(&format!("{}: {lines}{look}", table.display()))
+    output::done(args.json, ui, &summary, || {
+        let look = match is_drawn {
+            true => format!("\n{}: look at it before you go on", picture.display()),
+            false => String::new(),
+        };
+        let next = output::next(&[format!(
+            "rhytid solve {}{}",
+            output::word(&args.project),
+            args.elsewhere.again()
+        )]);
+        format!("{}: {lines}{look}{next}", table.display())
+    })
+}
+
+/// The JSON that is printed.
+#[derive(Serialize)]
+struct Summary<'a> {
+    file: &'a Path,
+    /// Null where no device can draw.
+    picture: Option<&'a PathBuf>,
+    handles: usize,
+    /// The frame that was laid over the mesh; null without a take.
+    frame: Option<usize>,
+    /// The distance of each handle from its marker; null without a take.
+    distances_mm: Option<&'a Vec<f64>>,
+    left_out: &'a [String],
+    not_seen: &'a [String],
 }
 
 /// Draws the face with its handles, if a device can draw. Returns whether it did.
@@ -133,7 +165,7 @@ fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
 }
 
 /// What was found, for a person to check.
-fn said(found: &PlacedHandles, distances: &[f64]) -> String {
+fn said(found: &PlacedHandles, distances: &[f64], ui: &Ui) -> String {
     let number = |x: f64| human::number((x * 10.0).round() / 10.0);
     let mut sorted: Vec<(f64, &str)> =
         distances.iter().copied().zip(found.handles.labels.iter().map(String::as_str)).collect();
@@ -151,11 +183,14 @@ fn said(found: &PlacedHandles, distances: &[f64]) -> String {
     if !found.rigid.is_empty() {
         rows.push([
             "left out".to_owned(),
-            format!("{}: off the skin, they keep their distances", found.rigid.join(", ")),
+            format!("{}: off the skin, they keep their distances", output::names(&found.rigid, ui)),
         ]);
     }
     if !found.unseen.is_empty() {
-        rows.push(["not seen".to_owned(), format!("{}: no handle for them", found.unseen.join(", "))]);
+        rows.push([
+            "not seen".to_owned(),
+            format!("{}: no handle for them", output::names(&found.unseen, ui)),
+        ]);
     }
     format!("{}\n{}", human::counted(found.handles.labels.len(), "handle"), output::table(&rows))
 }

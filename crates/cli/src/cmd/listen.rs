@@ -28,7 +28,8 @@ pub(super) fn count(args: &Animate) -> Result<Option<usize>> {
         ))),
         (Some(_), FramesChoice::Count(n)) if (1..=most).contains(&n) => Ok(Some(n)),
         (Some(_), _) => Err(Error::out_of_range(format!(
-            "--listen needs to know how many frames to record: give --frames N, from 1 to {most}; Ctrl-C ends the recording before"
+            "--listen needs to know how many frames to record: give --frames N, from 1 to {most}; Ctrl-C \
+             ends the recording earlier"
         ))),
     }
 }
@@ -65,13 +66,17 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
     if let Some(path) = &args.live.record {
         take::write(path, &recording.take)?;
     }
-    if !ui.is_quiet() {
-        output::say(&format!("{address}: {}", summary(&recording, receiver.counts())))?;
+    let received = format!("{address}: {}", summary(&recording, receiver.counts()));
+    match (args.json.wanted, ui.is_quiet()) {
+        (_, true) => {}
+        // Standard output has the JSON alone.
+        (true, false) => ui.line(&received),
+        (false, false) => output::say(&received)?,
     }
     let shortfall = frames - recording.take.frames();
     if recording.timed_out && shortfall > 0 {
         log::warn!(
-            "nothing came for {} s: the recording ends {} before the end",
+            "no frame arrived for {} s: the recording lacks the last {}",
             patience.as_secs_f64(),
             human::counted(shortfall, "frame")
         );
@@ -86,14 +91,15 @@ fn warn(recording: &Recording, rig: &Rig) {
         let listed = recording.unseen.iter().take(LABELS).map(String::as_str).collect::<Vec<_>>().join(", ");
         let more = if recording.unseen.len() > LABELS { ", …" } else { "" };
         log::warn!(
-            "{} of the rig's {} came in no frame and stay at rest: {listed}{more}",
+            "{} of the rig's {} were in no frame and stay at rest: {listed}{more}",
             recording.unseen.len(),
             human::counted(rig.handles().labels.len(), "handle")
         );
     }
     if let Some(misfit) = misfit(&recording.take, &Target::from_rig(rig)) {
         log::warn!(
-            "what came: {misfit}; send positions in the mesh's unit and axes, without the head's motion"
+            "the received positions do not fit the rig: {misfit}; send positions in the mesh's unit and \
+             axes, without the head's motion"
         );
     }
 }

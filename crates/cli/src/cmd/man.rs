@@ -2,7 +2,7 @@
 
 use crate::progress::Ui;
 use crate::{args, output};
-use clap::{Command, CommandFactory};
+use clap::Command;
 use rhytid::core::AtomicFile;
 use rhytid::core::human;
 use rhytid::{Error, Result};
@@ -14,7 +14,7 @@ use std::path::Path;
 /// [`Error::Io`] if the folder or a page cannot be written.
 pub(super) fn run(args: &args::Man, ui: &Ui) -> Result<()> {
     std::fs::create_dir_all(&args.dir).map_err(Error::io(&args.dir))?;
-    let mut program = args::Args::command().disable_help_subcommand(true);
+    let mut program = args::command().disable_help_subcommand(true);
     program.build();
     write_page(&args.dir, program.clone())?;
     let mut pages = 1;
@@ -22,10 +22,9 @@ pub(super) fn run(args: &args::Man, ui: &Ui) -> Result<()> {
         write_page(&args.dir, command.clone())?;
         pages += 1;
     }
-    if ui.is_quiet() {
-        return Ok(());
-    }
-    output::say(&format!("{}: {}", args.dir.display(), human::counted(pages, "man page")))
+    output::done(args.json, ui, &serde_json::json!({ "folder": args.dir, "pages": pages }), || {
+        format!("{}: {}", args.dir.display(), human::counted(pages, "man page"))
+    })
 }
 
 fn write_page(dir: &Path, command: Command) -> Result<()> {

@@ -25,7 +25,7 @@ const UNITS: [(Units, &str); 5] = [
     (Units::Inches, "in"),
 ];
 
-/// The size of faces and heads, with or without shoulders, in metres across.
+/// The size of faces and heads, with or without shoulders: the diagonal of the bounding box, in metres.
 const SIZES: std::ops::Range<f64> = 0.15..0.9;
 
 /// The number of handles without a take.
@@ -87,9 +87,19 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     for finding in examine(&face).findings.iter().filter(|finding| finding.severity > Severity::Note) {
         ui.line(&super::doctor::line(finding));
     }
-    if ui.is_quiet() {
-        return Ok(());
-    }
+    let summary = serde_json::json!({
+        "project": project,
+        "handles_table": table,
+        "picture": picture,
+        "unit": unit_name,
+        "up": if face.up_axis == UpAxis::Y { "y" } else { "z" },
+        "size_mm": size(&face.neutral).map(|length| length * face.metres_per_unit * 1e3),
+        "examples": face.examples.iter().map(|example| &example.name).collect::<Vec<_>>(),
+        "left_out": left_out,
+        "handles": face.handles.labels.len(),
+        "take": take,
+        "distances_mm": distances,
+    });
     let handles = match (&take, distances) {
         (Some(take), Some(mut distances)) => {
             distances.sort_by(f64::total_cmp);
@@ -103,12 +113,14 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         }
         _ => format!("{}, spread over the face: no take was found", face.handles.labels.len()),
     };
-    say(folder, elsewhere, &face, unit_name, &left_out, handles, take.as_deref())
+    output::done(args.json, ui, &summary, || {
+        next_steps(folder, elsewhere, &face, unit_name, &left_out, handles, take.as_deref())
+    })
 }
 
 /// The decisions and the next commands. `elsewhere` is the flag that the solve needs for files outside the
 /// project's folder, or empty.
-fn say(
+fn next_steps(
     folder: &Path,
     elsewhere: &str,
     face: &Face,
@@ -116,17 +128,17 @@ fn say(
     left_out: &[PathBuf],
     handles: String,
     take: Option<&Path>,
-) -> Result<()> {
+) -> String {
     let row = |name: &str, value: String| [name.to_owned(), value];
     let named = |paths: &[String]| if paths.is_empty() { "none".to_owned() } else { paths.join(", ") };
     let names: Vec<String> = face.examples.iter().map(|example| example.name.clone()).collect();
-    let up = if face.up_axis == UpAxis::Y { "Y" } else { "Z" };
+    let [width, y, z] = size(&face.neutral).map(|length| length * face.metres_per_unit * 100.0);
+    let (up, height, depth) = if face.up_axis == UpAxis::Y { ("Y", y, z) } else { ("Z", z, y) };
     let mut rows = vec![
         row(
             "unit",
             format!(
-                "{unit}, {up} up: the neutral is {:.0} cm across",
-                across(&face.neutral) * face.metres_per_unit * 100.0
+                "{unit}, {up} up: the neutral is {width:.0} cm wide, {height:.0} high and {depth:.0} deep"
             ),
         ),
         row("examples", named(&names)),
@@ -136,14 +148,15 @@ fn say(
         rows.push(row("left out", format!("{}: not the neutral's vertices", files.join(", "))));
     }
     rows.push(row("handles", handles));
-    let [project, rig] =
-        ["face.toml", "face.safetensors"].map(|name| folder.join(name).display().to_string());
-    let take = take.map_or_else(|| "TAKE.csv".to_owned(), |take| take.display().to_string());
-    output::say(&format!(
-        "{project}: a project, made\n{}\nNext:\n  rhytid solve {project}{elsewhere} -o {rig}\n  rhytid animate {rig} {take} -o {}",
-        output::table(&rows),
-        folder.join("face.usd").display()
-    ))
+    let take = take.map_or_else(|| "TAKE.csv".to_owned(), output::word);
+    let [project_word, rig, usd] =
+        ["face.toml", "face.safetensors", "face.usd"].map(|name| output::word(&folder.join(name)));
+    let next = output::next(&[
+        format!("rhytid solve {project_word}{elsewhere}"),
+        format!("rhytid view {rig} {take}"),
+        format!("rhytid animate {rig} {take} -o {usd}"),
+    ]);
+    format!("{}: a project, made\n{}{next}", folder.join("face.toml").display(), output::table(&rows))
 }
 
 /// Meshes with the neutral's vertices, and meshes with other vertices.
@@ -179,9 +192,15 @@ fn take_beside(neutral: &Path) -> Option<PathBuf> {
     files.into_iter().find(|path| matches!(FileKind::detect(path), Some(FileKind::RawTake | FileKind::Take)))
 }
 
-fn across(mesh: &Mesh) -> f64 {
+/// The size of the bounding box along x, y and z.
+fn size(mesh: &Mesh) -> [f64; 3] {
     let [low, high] = mesh.bounds().unwrap_or_default();
-    (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt()
+    std::array::from_fn(|c| high[c] - low[c])
+}
+
+/// The diagonal of the bounding box.
+fn across(mesh: &Mesh) -> f64 {
+    size(mesh).iter().map(|length| length * length).sum::<f64>().sqrt()
 }
 
 /// The unit that was given, else the one in which the neutral has the size of a head.
@@ -195,7 +214,7 @@ fn unit(neutral: &Mesh, args: &args::New) -> Result<(Units, &'static str)> {
     UNITS.into_iter().find(|(units, _)| SIZES.contains(&(across * units.metres_per_unit()))).ok_or_else(
         || {
             Error::out_of_range(format!(
-                "{}: is {} units across, the size of a head in no unit; say which with --unit, or scale it",
+                "{}: its bounding box has a diagonal of {} units, the size of a head in no unit; say which with --unit, or scale it",
                 args.neutral.display(),
                 human::number(across)
             ))
@@ -242,7 +261,7 @@ fn project_text(
     let unit = if unit.parse::<f64>().is_ok() { unit.to_owned() } else { format!("{unit:?}") };
     let up = if face.up_axis == UpAxis::Y { "y" } else { "z" };
     let mut text = format!(
-        "# A Rhytid project: paths are relative to this file. All keys: docs/project-file.md\n\n\
+        "# A Rhytid project: paths are relative to this file. All keys:\n# {}project-file.md\n\n\
          # Examples that are not in the neutral's place are put there; false keeps them where they are.\n\
          align = true\n\n\
          [mesh]\n\
@@ -251,6 +270,7 @@ fn project_text(
          up = \"{up}\"\n\n\
          [handles]\n\
          vertices = \"markers.csv\"   # look at markers.png\n\n",
+        args::DOCS,
         quoted(&args.neutral)
     );
     for (path, example) in examples {

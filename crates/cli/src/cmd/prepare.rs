@@ -49,16 +49,27 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
         ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();
-    if ui.is_quiet() {
-        return Ok(());
-    }
-    output::say(&format!(
-        "{}: {} at {} frames per second\n{}",
-        args.output.display(),
-        human::counted(take.frames(), "frame"),
-        human::number(take.rate()),
-        output::table(&rows(&report))
-    ))
+    let summary = serde_json::json!({
+        "file": args.output,
+        "frames": take.frames(),
+        "frames_per_second": take.rate(),
+        "report": report,
+    });
+    output::done(args.json, ui, &summary, || {
+        let [rig, take_file] = [&args.rig, &args.output].map(|path| output::word(path));
+        let usd = output::word(&args.output.with_extension("usd"));
+        format!(
+            "{}: {} at {} frames per second\n{}{}",
+            args.output.display(),
+            human::counted(take.frames(), "frame"),
+            human::number(take.rate()),
+            output::table(&rows(&report, ui)),
+            output::next(&[
+                format!("rhytid view {rig} {take_file}"),
+                format!("rhytid animate {rig} {take_file} -o {usd}"),
+            ])
+        )
+    })
 }
 
 /// The marker of each handle, as the clean-up assigned it.
@@ -84,7 +95,7 @@ fn regions(scales: &[f64]) -> String {
 }
 
 /// What was found, for a person to check.
-fn rows(report: &Report) -> Vec<[String; 2]> {
+fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     let row = |name: &str, value: String| [name.to_owned(), value];
     let found = &report.setup;
     let guessed = |is: bool| if is { " (found)" } else { "" };
@@ -92,7 +103,8 @@ fn rows(report: &Report) -> Vec<[String; 2]> {
     let with_marker = found.markers.iter().flatten().count();
     let mut rows = vec![row("handles", format!("{with_marker} of {} have a marker", report.labels.len()))];
     if !found.in_head_space {
-        let rigid = if found.rigid.is_empty() { "all markers".into() } else { found.rigid.join(", ") };
+        let rigid =
+            if found.rigid.is_empty() { "all markers".into() } else { output::names(&found.rigid, ui) };
         let metres = human::unit(found.metres_per_unit);
         rows.extend([
             row("unit", format!("{metres}{}", guessed(found.unit_is_guessed))),

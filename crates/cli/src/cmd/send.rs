@@ -33,16 +33,25 @@ pub(super) fn run(args: &args::Send, ui: &Ui) -> Result<()> {
     let start = Instant::now();
     let sent = sender.send((!args.again).then_some(1), ui)?;
     ui.clear();
-    if !ui.is_quiet() {
-        output::say(&format!(
+    let time = start.elapsed();
+    let summary = serde_json::json!({
+        "to": args.to.to_string(),
+        "frames": sent.frames,
+        "markers": take.labels.len(),
+        "seconds": time.as_secs_f64(),
+        "largest_datagram_bytes": sent.bytes,
+        "late_ms": 1e3 * sent.late,
+    });
+    output::done(args.json, ui, &summary, || {
+        format!(
             "{}: {} of {} in {}, {} each at most, sent at most {:.2} ms behind their time",
             args.to,
             human::counted(sent.frames as usize, "frame"),
             human::counted(take.labels.len(), "marker"),
-            human::duration(start.elapsed()),
+            human::duration(time),
             human::bytes(sent.bytes as u64),
             1e3 * sent.late
-        ))?;
-    }
+        )
+    })?;
     if ui.cancelled() && !args.again { Err(Error::Cancelled) } else { Ok(()) }
 }

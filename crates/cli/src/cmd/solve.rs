@@ -15,6 +15,7 @@ use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
 use rhytid::solve::{Candidate, FreePart, Report, Severity, SolveReport};
 use rhytid::{Error, Face, Progress, Result, Rig};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -54,43 +55,174 @@ pub(super) struct Solved {
 /// # Errors
 /// As [`solve`].
 pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
-    let solved = solve(&args.project, &args.output, args.elsewhere.reach(), ui)?;
-    say(&solved, &args.output, ui)
+    let written = args.output.clone().unwrap_or_else(|| args.project.with_extension("safetensors"));
+    let solved = solve(&args.project, &written, args.elsewhere.reach(), ui)?;
+    output::done(args.json, ui, &Summary::new(&solved, &written, ui), || {
+        let next = output::next(&[
+            format!("rhytid view {}", output::word(&written)),
+            format!(
+                "rhytid animate {} TAKE.csv -o {}",
+                output::word(&written),
+                output::word(&written.with_extension("usd"))
+            ),
+            format!("rhytid evaluate {}{}", output::word(&args.project), args.elsewhere.again()),
+        ]);
+        text(&solved, &written, ui) + &next
+    })
 }
 
-/// Says what was done.
-///
-/// # Errors
-/// As [`output::say`].
-pub(super) fn say(solved: &Solved, written: &Path, ui: &Ui) -> Result<()> {
-    if ui.is_quiet() {
-        return Ok(());
+/// The JSON that is printed.
+#[derive(Serialize)]
+struct Summary<'a> {
+    file: &'a Path,
+    bytes: u64,
+    vertices: usize,
+    handles: usize,
+    strain_edges: usize,
+    examples: usize,
+    influences: usize,
+    bending_length_mm: f64,
+    pins: usize,
+    parts_without_handle: usize,
+    /// How near the rig is to the rest pose and to each example.
+    scans: Vec<ScanSummary<'a>>,
+    /// The choice of share and ridge, the chosen pair first.
+    candidates: Vec<CandidateSummary>,
+    seconds: f64,
+    steps: Vec<StepSummary>,
+    peak_memory_bytes: Option<u64>,
+}
+
+#[derive(Serialize)]
+struct ScanSummary<'a> {
+    /// Null for the rest pose.
+    example: Option<&'a str>,
+    rms_mm: f64,
+    worst_mm: f64,
+    vertex: usize,
+}
+
+#[derive(Serialize)]
+struct CandidateSummary {
+    share: f64,
+    ridge: f64,
+    /// Null with fewer than three examples.
+    left_out_mm: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct StepSummary {
+    step: &'static str,
+    seconds: f64,
+}
+
+impl<'a> Summary<'a> {
+    fn new(solved: &'a Solved, written: &'a Path, ui: &Ui) -> Self {
+        let rig = &solved.rig;
+        let millimetres = 1e3 * rig.surface().metres_per_unit;
+        let scan = |scan: &'a ExampleResiduals| ScanSummary {
+            example: scan.example.as_deref(),
+            rms_mm: scan.rms * millimetres,
+            worst_mm: scan.worst * millimetres,
+            vertex: scan.vertex,
+        };
+        let candidate = |candidate: &Candidate| CandidateSummary {
+            share: candidate.share,
+            ridge: candidate.ridge,
+            left_out_mm: Some(candidate.leave_one_out * millimetres).filter(|x| x.is_finite()),
+        };
+        let finished = ui.finished();
+        let step =
+            |(step, time): &(&'static str, Duration)| StepSummary { step, seconds: time.as_secs_f64() };
+        Self {
+            file: written,
+            bytes: solved.bytes,
+            vertices: rig.vertices(),
+            handles: rig.handles().len(),
+            strain_edges: rig.handles().strain_edges.len(),
+            examples: rig.examples().names.len(),
+            influences: rig.influences().per_vertex(),
+            bending_length_mm: rig.bending_length() * millimetres,
+            pins: solved.report.pins,
+            parts_without_handle: solved.report.parts.len(),
+            scans: solved.scans.iter().map(scan).collect(),
+            candidates: solved.report.candidates.iter().map(candidate).collect(),
+            seconds: solved.solving.as_secs_f64(),
+            steps: finished.iter().map(step).collect(),
+            peak_memory_bytes: memory::peak(),
+        }
     }
+}
+
+/// What was done: what was written and how good it is. Settings, lists and times only with `--verbose`.
+pub(super) fn text(solved: &Solved, written: &Path, ui: &Ui) -> String {
     let rig = &solved.rig;
-    output::say(&format!(
-        "{}: {} vertices, {}, {}, {}, {} per vertex, bending length {} {}; solved in {}, {}",
+    let metres_per_unit = rig.surface().metres_per_unit;
+    let mut lines = vec![format!(
+        "{}: {} vertices, {}, {}, {}; solved in {}",
         written.display(),
         human::count(rig.vertices()),
-        human::counted(rig.handles().vertices.len(), "handle"),
-        human::counted(rig.handles().strain_edges.len(), "strain edge"),
+        human::counted(rig.handles().len(), "handle"),
         human::counted(rig.examples().names.len(), "example"),
-        human::counted(rig.influences().per_vertex(), "influence"),
-        human::number(rig.bending_length()),
-        human::unit(rig.surface().metres_per_unit),
+        human::bytes(solved.bytes),
         human::duration(solved.solving),
-        human::bytes(solved.bytes)
-    ))?;
-    for line in report_lines(&solved.report, rig.surface().metres_per_unit) {
-        output::say(&line)?;
+    )];
+    lines.extend(quality(solved));
+    lines.extend(solved.sculpted.clone());
+    if ui.is_verbose() {
+        lines.push(format!(
+            "{}, {} per vertex, bending length {} {}",
+            human::counted(rig.handles().strain_edges.len(), "strain edge"),
+            human::counted(rig.influences().per_vertex(), "influence"),
+            human::number(rig.bending_length()),
+            human::unit(metres_per_unit),
+        ));
+        lines.extend(report_lines(&solved.report, metres_per_unit));
+        lines.push(output::table(&scan_rows(&solved.scans, metres_per_unit)));
+        let steps = ui.finished();
+        let steps: Vec<String> =
+            steps.iter().map(|(step, time)| format!("{step} {}", human::duration(*time))).collect();
+        let peak =
+            memory::peak().map_or(String::new(), |bytes| format!("; peak memory {}", human::bytes(bytes)));
+        lines.push(format!("{}{peak}", steps.join(", ")));
     }
-    output::say(&output::table(&scan_rows(&solved.scans, rig.surface().metres_per_unit)))?;
-    if let Some(words) = &solved.sculpted {
-        output::say(words)?;
+    lines.join("\n")
+}
+
+/// How near the rig is to its scans, and about how near it would be to one that it has not seen.
+fn quality(solved: &Solved) -> Vec<String> {
+    let millimetres = 1e3 * solved.rig.surface().metres_per_unit;
+    let mut lines = Vec::new();
+    let examples = || solved.scans.iter().filter(|scan| scan.example.is_some());
+    if let Some(worst) = examples().max_by(|a, b| a.worst.total_cmp(&b.worst)) {
+        let squares = examples().map(|scan| scan.rms * scan.rms).sum::<f64>();
+        lines.push(format!(
+            "examples differ from their scans by {} mm RMS, {} mm at most ({}, vertex {})",
+            short(millimetres * (squares / examples().count() as f64).sqrt()),
+            short(millimetres * worst.worst),
+            worst.example.as_deref().unwrap_or_default(),
+            worst.vertex
+        ));
     }
-    let steps: Vec<String> =
-        ui.finished().iter().map(|(step, time)| format!("{step} {}", human::duration(*time))).collect();
-    let peak = memory::peak().map_or(String::new(), |bytes| format!("; peak memory {}", human::bytes(bytes)));
-    output::say(&format!("{}{peak}", steps.join(", ")))
+    let chosen = solved.report.candidates.first();
+    if let Some(error) = chosen.map(|chosen| chosen.leave_one_out).filter(|error| error.is_finite()) {
+        lines.push(format!(
+            "without its scan an example would differ by about {} mm RMS over the skin, wrinkles apart",
+            short(millimetres * error)
+        ));
+    }
+    lines
+}
+
+/// A length in millimetres with two digits.
+fn short(millimetres: f64) -> String {
+    match millimetres {
+        x if x < 1e-4 => "0".to_owned(),
+        x => {
+            let scale = 10_f64.powf(x.log10().floor() - 1.0);
+            human::number((x / scale).round() * scale)
+        }
+    }
 }
 
 /// From a project file to a rig file.
@@ -98,7 +230,7 @@ pub(super) fn say(solved: &Solved, written: &Path, ui: &Ui) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
 pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result<Solved> {
-    inputs::project(path, "rhytid solve FACE.toml -o FACE.safetensors")?;
+    inputs::project(path, "rhytid solve FACE.toml")?;
     check_output(output)?;
     let project = project::read_project(path)?;
     let files = project::files(&project, path);
@@ -236,12 +368,10 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
         };
         let mut line = format!("learned with {}", named(chosen));
         if chosen.leave_one_out.is_finite() {
-            line += &format!(": an example that is left out comes back within {} (RMS)", error(chosen));
+            line += &format!("; examples that are left out differ by {} RMS", error(chosen));
         }
-        if !others.is_empty() {
-            let others: Vec<String> =
-                others.iter().map(|other| format!("{} within {}", named(other), error(other))).collect();
-            line += &format!("; {}", others.join(", "));
+        for other in others {
+            line += &format!("; {}: {}", named(other), error(other));
         }
         lines.push(line);
     }
@@ -269,7 +399,7 @@ fn scan_rows(scans: &[ExampleResiduals], metres_per_unit: f64) -> Vec<[String; 2
     let row = |scan: &ExampleResiduals| {
         let name = scan.example.clone().unwrap_or_else(|| "rest".to_owned());
         let (rms, worst) = (millimetres(scan.rms), millimetres(scan.worst));
-        [name, format!("comes back within {rms} mm (RMS), {worst} mm at vertex {}", scan.vertex)]
+        [name, format!("{rms} mm RMS, {worst} mm at most (vertex {})", scan.vertex)]
     };
     scans.iter().map(row).collect()
 }

@@ -13,17 +13,26 @@ use rhytid::formats::usd;
 pub(super) fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
     let (stitched, time) = timed(|| usd::stitch(&args.parts, &args.output));
     let stitched = stitched?;
-    if ui.is_quiet() {
-        return Ok(());
-    }
     let [start, end] = stitched.time_codes;
-    output::say(&format!(
-        "{}: {} in {}, time codes {start} to {end}, {}, stitched in {}; the parts and {} have to stay where they are",
-        args.output.display(),
-        human::counted(stitched.frames, "frame"),
-        human::counted(stitched.parts, "part"),
-        human::bytes(stitched.bytes),
-        human::duration(time),
-        stitched.manifest.display()
-    ))
+    let summary = serde_json::json!({
+        "file": args.output,
+        "bytes": stitched.bytes,
+        "frames": stitched.frames,
+        "parts": stitched.parts,
+        "time_codes": stitched.time_codes,
+        "manifest": stitched.manifest,
+        "seconds": time.as_secs_f64(),
+    });
+    output::done(args.json, ui, &summary, || {
+        format!(
+            "{}: {} in {}, time codes {start} to {end}, {}, stitched in {}\n\
+             Keep the parts and {} where they are: the file refers to them.",
+            args.output.display(),
+            human::counted(stitched.frames, "frame"),
+            human::counted(stitched.parts, "part"),
+            human::bytes(stitched.bytes),
+            human::duration(time),
+            stitched.manifest.display()
+        )
+    })
 }

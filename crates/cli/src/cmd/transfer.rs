@@ -25,13 +25,13 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
     let landmarks = args.landmarks.as_deref().map(tables::read_landmarks).transpose()?;
     let from = ui.timed("read the rig", || rig_file::read(&args.from)).0?;
     let to = ui.timed("read", || project::read(&args.to, args.elsewhere.reach())).0?;
-    let settings = Settings { landmarks, smooth_band: args.with_smooth_band };
+    let settings = Settings { landmarks, linear_band: args.with_linear_band };
     let Transferred { face, report, maps } = transfer(&from, &to, &settings, &[inputs::processor()?], ui)?;
     ui.clear();
     report.warnings.iter().for_each(|warning| ui.line(&format!("warning: {warning}")));
     if report.examples.is_empty() {
         return Err(Error::empty(format!(
-            "{}: has an example of its own for each of the first face's: {}; there is nothing to transfer",
+            "{}: has each example of the first face already ({}), so there is nothing to transfer",
             args.to.display(),
             report.own.join(", ")
         )));
@@ -54,17 +54,15 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
         ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();
-    if args.json {
+    if args.json.wanted {
         return output::json(&report);
     }
-    if !ui.is_quiet() {
-        output::say(&text(&report))?;
+    if ui.is_quiet() {
+        return Ok(());
     }
-    solve::say(&solved, &args.output, ui)?;
-    match kept {
-        Some(kept) if !ui.is_quiet() => output::say(&kept.lines()),
-        _ => Ok(()),
-    }
+    let next = output::next(&[format!("rhytid view {}", output::word(&args.output))]);
+    let kept = kept.map(|kept| kept.lines()).unwrap_or_default();
+    output::say(&format!("{}\n{}{next}{kept}", text(&report), solve::text(&solved, &args.output, ui)))
 }
 
 /// The new examples, as meshes to write.
@@ -102,7 +100,7 @@ impl Kept {
 
     /// The lines to add to the project file.
     fn lines(&self) -> String {
-        let mut lines = "\nTo be added to the project file, where the examples are to be kept:".to_owned();
+        let mut lines = "\n\nTo be added to the project file, where the examples are to be kept:".to_owned();
         for (path, example) in &self.examples {
             let path = path.display().to_string();
             lines += &format!("\n[[example]]\nname = {:?}\nmesh = {path:?}", example.name);
@@ -114,7 +112,7 @@ impl Kept {
 fn text(found: &TransferReport) -> String {
     let number = |x: f64| human::number((x * 100.0).round() / 100.0);
     let per_cent = |x: f64| format!("{} %", human::number((1000.0 * x).round() / 10.0));
-    let what = if found.smooth_band { "all motion" } else { "wrinkles" };
+    let what = if found.linear_band { "all motion" } else { "wrinkles" };
     let mut text = format!(
         "{} of {} on {}: {} by {}, {} of the size",
         what,

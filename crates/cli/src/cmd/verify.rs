@@ -81,7 +81,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         verify(reader.as_mut(), Format::from_extension(&args.file)?, &performance, &mut playback, ui)?;
     ui.clear();
     let report = Comparison::new(&found, rig.surface().metres_per_unit, &summary);
-    if args.json {
+    if args.json.wanted {
         output::json(&report)?;
     } else if !ui.is_quiet() || !report.passed {
         output::say(&report.text(

@@ -316,7 +316,7 @@ fn an_unknown_output_format() {
 fn a_mistyped_command_line() {
     let f = Fixture::new();
     f.refused("slove face.toml -o out/face.safetensors", &["slove"]);
-    f.refused("solve face.toml", &["required"]);
+    f.refused("animate face.safetensors take.csv", &["required"]);
     for vertices in ["3", "1999", "4000001"] {
         f.refused(&format!("demo out --vertices {vertices}"), &[vertices, "2000", "4000000"]);
     }

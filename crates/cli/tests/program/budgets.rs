@@ -106,7 +106,7 @@ fn a_gap_of_nine_hours() {
     rows[3] = format!("32400,{last}");
     f.write("gap.csv", rows.join("\n") + "\n");
     let command = "animate face.safetensors gap.csv --fps 30 --device cpu:0 -o out/gap.usd";
-    soon(&f, command, 2, "frame 2 comes 32400.0 s after the one before it");
+    soon(&f, command, 2, "frame 2 comes 32400.0 s after the frame before it");
     f.assert_nothing_written();
 }
 

@@ -254,7 +254,7 @@ fn explain_accounts_for_the_folds() {
     }
     assert!(largest > 1e-3, "no folds there");
     let text = f.done("explain face.safetensors take.csv --frame 7 --vertex 3");
-    for words in ["vertex 3 in frame 7", "strain edge", "of the folds", "from rest"] {
+    for words in ["vertex 3 in frame 7", "strain edge", "of the wrinkles", "from rest"] {
         assert!(text.contains(words), "{words}: {text}");
     }
     f.refused(

@@ -111,8 +111,8 @@ fn what_a_sender_lacks_is_held_and_said() {
     let output = listening.end();
     let said = stderr(&output);
     assert!(output.status.success(), "{said}");
-    assert!(said.contains("nothing came for 1 s: the recording ends 70 frames before the end"), "{said}");
-    assert!(said.contains("1 of the rig's 5 handles came in no frame and stay at rest: middle"), "{said}");
+    assert!(said.contains("no frame arrived for 1 s: the recording lacks the last 70 frames"), "{said}");
+    assert!(said.contains("1 of the rig's 5 handles were in no frame and stay at rest: middle"), "{said}");
     let came = take::read(&f.path("came.csv"), None, Missing::Error).unwrap();
     assert_eq!((came.frames(), came.labels.len()), (30, 5));
     let confidence = came.confidence.unwrap();
@@ -163,7 +163,7 @@ fn what_cannot_be_listened_to_or_sent_is_one_sentence() {
     let short = "--listen 127.0.0.1:0 --timeout 0.2";
     f.refused(
         &format!("{listen} {short} --frames 5"),
-        &["no frame came within 0.2 s", "nothing came at all"],
+        &["no frame came within 0.2 s", "no datagram arrived"],
     );
     f.refused(&format!("{listen} {short}"), &["--frames N"]);
     f.refused(&format!("{listen} {short} --frames 0"), &["from 1 to 1000000"]);

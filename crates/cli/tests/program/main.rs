@@ -33,6 +33,7 @@ mod render;
 mod retarget;
 mod space;
 mod stitch;
+mod summaries;
 mod tampered;
 mod transfer;
 mod usd;

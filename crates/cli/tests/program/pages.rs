@@ -51,7 +51,11 @@ fn where_nothing_draws_pages_say_what_to_install() {
         let output = blind.output().unwrap();
         let said = stderr(&output);
         assert!(output.status.success(), "{command}: {said}");
-        assert_eq!(said.matches("pictures are left out: there is none to draw with").count(), 1, "{said}");
+        assert_eq!(
+            said.matches("pictures are left out: there is no device to draw with").count(),
+            1,
+            "{said}"
+        );
         let page = f.read_text(&format!("blind/{name}.html"));
         assert!(texts(&page, "image").is_empty(), "{name}");
         let sentence = texts(&page, ".left-out");
@@ -70,12 +74,15 @@ fn where_nothing_draws_pages_say_what_to_install() {
     without_drivers(&f, &mut blind);
     let output = blind.output().unwrap();
     let (said, found) = (stderr(&output), String::from_utf8_lossy(&output.stdout).into_owned());
-    assert!(output.status.success() && said.contains("handles.png is left out: there is none"), "{said}");
+    assert!(
+        output.status.success() && said.contains("handles.png is left out: there is no device"),
+        "{said}"
+    );
     assert!(found.contains("8 handles spread over the face") && !found.contains("look at it"), "{found}");
     assert!(f.path("handles.csv").is_file() && !f.path("handles.png").exists());
     let mut blind = f.rhytid("render face.safetensors take.csv -o out/face.png");
     without_drivers(&f, &mut blind);
     let output = blind.output().unwrap();
-    assert!(output.status.code() == Some(2) && stderr(&output).contains("there is none to draw with"));
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("there is no device to draw with"));
     assert!(!f.path("out/face.png").exists());
 }

@@ -102,7 +102,7 @@ fn gaps_can_be_left_open() {
     let output =
         rhytid(&format!("animate {} {take} -o {usd} --setup {toml}", rig().display())).output().unwrap();
     assert_eq!(output.status.code(), Some(2));
-    assert!(stderr(&output).contains("take “gaps” out of its skip"), "{}", stderr(&output));
+    assert!(stderr(&output).contains("remove “gaps” from `skip`"), "{}", stderr(&output));
 }
 
 #[test]
@@ -130,7 +130,7 @@ fn mistakes_are_told() {
         ("--neutral 500..600", "the neutral frames are 500..600"),
         ("--map nobody=cap0", "no such handle"),
         ("--rigid cap0,cap1,hat", "“hat” is not in the file"),
-        ("--axes +x+y", "is no way to turn axes"),
+        ("--axes +x+y", "does not name three axes"),
         (&bad, "bad.toml, line 2: unknown field `units`"),
         ("--setup no.toml", "no.toml"),
     ] {

@@ -114,7 +114,7 @@ fn a_prefix_and_another_case_are_no_other_label() {
 #[test]
 fn without_a_unit_the_one_that_fits_is_taken() {
     for (units, factor, words) in
-        [("", 1.0, "taken for mm"), ("furlong", 0.1, "taken for cm"), ("m", 1.0, "taken for mm")]
+        [("", 1.0, "assumed to be mm"), ("furlong", 0.1, "assumed to be cm"), ("m", 1.0, "assumed to be mm")]
     {
         let mut raw = Raw::new();
         raw.units = units;
@@ -160,20 +160,20 @@ fn what_cannot_be_cleaned_is_refused() {
     let mut raw = Raw::new();
     raw.labels.iter_mut().skip(3).for_each(|label| label.insert(0, '?'));
     raw.write(&|j, _, _| Some([(j % 10) as f64 * 40.0, 0.0, (j / 10) as f64 * 90.0]));
-    refused(&raw, "", &["3 of the rig's", "expected at least 4", "a map says"]);
+    refused(&raw, "", &["3 of the rig's", "expected at least 4", "give a map"]);
 
     let mut raw = Raw::new();
     raw.labels.iter_mut().for_each(String::clear);
     raw.write(&|j, _, p| (j < 3).then_some(p));
-    refused(&raw, "", &["0 of the rig's", "#1", "a map says"]);
+    refused(&raw, "", &["0 of the rig's", "#1", "give a map"]);
 
     let raw = Raw::new();
     raw.write(&|_, _, _| None);
-    refused(&raw, "", &["was ever seen"]);
+    refused(&raw, "", &["is seen in any frame"]);
     // Only the cap.
     let handles = truth().labels.len();
     raw.write(&|j, _, p| (j >= handles).then_some(p));
-    refused(&raw, "", &["was ever seen"]);
+    refused(&raw, "", &["is seen in any frame"]);
     // Two markers alone.
     raw.write(&|j, _, p| (j < 2).then_some(p));
     refused(&raw, "", &[]);

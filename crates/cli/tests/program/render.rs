@@ -101,7 +101,7 @@ fn skin_is_lit_as_it_is_asked_for() {
     f.refused(&format!("{args} -o no.png --hide 100000"), &["--hide 100000", "the rig's vertices are 0 to"]);
     // The brightness of the middle.
     let seen = |name: &str, options: &str| {
-        let said = f.done(&format!("{args} -o out/{name}{{frame}}.png {options}"));
+        let said = f.done(&format!("{args} -v -o out/{name}{{frame}}.png {options}"));
         assert!(said.contains(" skin, ") == options.contains("skin"), "{said}");
         let (_, pixels) = png(&f.read(&format!("out/{name}00002.png")));
         let middle = &pixels[4 * (35 * 90 + 45)..][..3];
@@ -127,7 +127,7 @@ fn left((info, pixels): &(png::OutputInfo, Vec<u8>), width: usize) -> Vec<u8> {
 fn what_is_drawn_from_where_it_was_evaluated_is_what_the_host_hands_over() {
     let f = solved();
     let args = "render face.safetensors take.csv --frames 2..5 --size 90x70 --device wgpu:0";
-    let said = f.done(&format!("{args} -o out/a{{frame}}.png --show shaded,wireframe"));
+    let said = f.done(&format!("{args} -v -o out/a{{frame}}.png --show shaded,wireframe"));
     assert!(said.contains("3 pictures evaluated and drawn on wgpu:0"), "{said}");
     assert!(said.contains(" evaluation, ") && said.contains(" drawing; "), "{said}");
     // Strains are computed on the host, so that the whole frame is handed over.
@@ -306,7 +306,10 @@ fn what_cannot_be_drawn_is_refused_in_a_sentence() {
         ("-o out/face.png --background red", &["expected six digits", "none"]),
         ("-o out/face.png --size 30000x10", &["30000 × 10 pixels", "expected 1 to"]),
         ("-o out/face.png --show strain --stage shell --draw-on cpu:0", &["--draw-on cpu:0", "backend wgpu"]),
-        ("-o out/face.png --draw-on wgpu:77", &["wgpu:77: there is none to draw with", "rhytid devices"]),
+        (
+            "-o out/face.png --draw-on wgpu:77",
+            &["wgpu:77: there is no device to draw with", "rhytid devices"],
+        ),
         ("-o out/face.png --show detail --stage large-scale", &["--show detail", "--stage full"]),
         ("-o out/face.png --frames 900..", &["900"]),
         ("-o nowhere/face.png", &["nowhere"]),

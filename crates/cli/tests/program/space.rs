@@ -119,7 +119,7 @@ fn a_turning_head_and_times_that_are_no_seconds_are_warned_of() {
         take.times.iter_mut().for_each(|time| *time = (*time * factor).round());
         let path = write(folder.path(), &format!("{name}.csv"), &take);
         let (said, _) = animate(&path, "--frames 0..4");
-        assert!(said.contains(&format!("its times look like {what}; give --take-rate 30")), "{name}: {said}");
+        assert!(said.contains(&format!("its times look like {what}, expected seconds")), "{name}: {said}");
         let (said, done) = animate(&path, "--frames 0..4 --take-rate 30");
         assert!(!said.contains("warning") && done.contains("at 30 frames per second"), "{said} {done}");
     }
@@ -162,7 +162,7 @@ fn a_slid_label_and_missing_handles_are_warned_of() {
     };
     let (code, said) = animate(&write(folder.path(), "fewer.csv", &fewer));
     assert_eq!(code, Some(0), "{said}");
-    assert!(said.contains("never seen, and go with their neighbours: lip_up, brow_L2"), "{said}");
+    assert!(said.contains("their markers are never seen: lip_up, brow_L2"), "{said}");
     let (code, said) = animate(&write(folder.path(), "right.csv", &right));
     assert!(code == Some(0) && !said.contains("stretched") && !said.contains("never seen"), "{said}");
 }

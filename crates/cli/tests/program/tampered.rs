@@ -90,7 +90,11 @@ fn parts_that_differ_are_not_stitched() {
         ("upAxis = \"Y\"", "upAxis = \"Z\"", "the up axis: Z and Y"),
         ("framesPerSecond = ", "framesPerSecond = 9", "framesPerSecond: 9"),
         ("startTimeCode = 9", "startTimeCode = 8", "startTimeCode 8"),
-        ("faceVertexIndices = [0, 1, 22, 21", "faceVertexIndices = [21, 22, 1, 0", "their faces are others"),
+        (
+            "faceVertexIndices = [0, 1, 22, 21",
+            "faceVertexIndices = [21, 22, 1, 0",
+            "their faces are different",
+        ),
         ("normal3f[] normals", "normal3f[] othernormals", "with normals: no and yes"),
         ("float3[] extent", "float3[] otherextent", "with extents: no and yes"),
     ] {

@@ -178,7 +178,7 @@ mod unix {
         assert_eq!(fs::read_to_string(at("there/not_yet.csv")).unwrap(), "made");
         symlink("b.csv", at("a.csv")).unwrap();
         symlink("a.csv", at("b.csv")).unwrap();
-        refused(&at("a.csv"), &["a.csv: is a link that leads in a circle"]);
+        refused(&at("a.csv"), &["a.csv: is a link that leads back to itself"]);
     }
 
     #[test]

@@ -2,7 +2,7 @@
 use rhytid_core::{Face, NoProgress, Rig, Take};
 use rhytid_evaluate::Regions;
 use rhytid_evaluate::coverage::{coverage, take_sigma};
-use rhytid_solve::{FAR, solve};
+use rhytid_solve::{EXTRAPOLATION, solve};
 
 fn rig(face: &Face) -> Rig {
     solve(face, &NoProgress).unwrap().rounded().unwrap()
@@ -47,7 +47,7 @@ fn what_no_example_moves_is_unknown_rather_than_certain() {
     assert!(sigma.frames_mm[1..].iter().all(|sigma| *sigma > 0.1), "{:?}", sigma.frames_mm);
     let far: usize = sigma.far.iter().map(|stretch| stretch.frames).sum();
     assert!(far > pulled.len() / 2, "{far} of {} are far: {:?}", pulled.len(), sigma.far);
-    assert!(sigma.far.iter().all(|stretch| stretch.times > FAR && stretch.farthest > 0));
+    assert!(sigma.far.iter().all(|stretch| stretch.times > EXTRAPOLATION && stretch.farthest > 0));
     // The noise of markers is not far from anything.
     let (still, _) = pulls(&rig, 0.005);
     assert_eq!(take_sigma(&rig, &still, &regions, &NoProgress).unwrap().far, []);
@@ -83,7 +83,7 @@ fn the_performance_that_the_examples_are_of_is_covered_and_a_thrown_one_is_not()
     }
     let sigma = take_sigma(&rig, &thrown, &regions, &NoProgress).unwrap();
     let worst = sigma.far.iter().map(|stretch| stretch.times).fold(0.0, f64::max);
-    assert!(worst > 2.0 * FAR, "{worst}");
+    assert!(worst > 2.0 * EXTRAPOLATION, "{worst}");
     // Candidates are all that is chosen from, whether their markers were seen or not.
     let candidates = [7, 3, 50];
     let found = coverage(&rig, &take, &regions, Some(&candidates), 9, 9, &NoProgress).unwrap();

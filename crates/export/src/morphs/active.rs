@@ -1,4 +1,4 @@
-//! The vertices near the bound or beyond it, which ADMM pulls (see [`super::fit`]).
+//! The vertices near the bound or beyond it, which ADMM multipliers (see [`super::fit`]).
 //!
 //! `Q T + D` (F×3V) is to be replaced by its best approximation of rank n. The directions hardly change
 //! between two iterations, so one step of subspace iteration with a Rayleigh–Ritz projection suffices. Let G
@@ -10,7 +10,7 @@
 //!
 //! with the leading n columns of A. D is zero but for a few entries, and nothing has the size F×F.
 
-use super::factors::{Fit, Pull, combine, distances, follow, narrow, outer};
+use super::factors::{Fit, Multiplier, combine, distances, follow, narrow, outer};
 use super::linear::{eigen, extend, product};
 use faer::Mat;
 use glam::Vec3;
@@ -22,7 +22,7 @@ const ITERATIONS: usize = 8;
 /// Vectors are pulled a little further than to the bound: then finitely many iterations suffice. A smaller
 /// number needs fewer iterations. But with 0.9, a head's animation needs 47 targets, and with 0.93 or 0.95 it
 /// needs 46.
-const PULL_TO: f32 = 0.93;
+const CLIP_TO: f32 = 0.93;
 /// Parts that the vertices are divided into: sums over a part are added in order, so that threads do not
 /// matter.
 const PARTS: usize = 64;
@@ -65,14 +65,14 @@ pub(super) fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> 
     let n = fit.q.ncols();
     let mut t: Vec<f32> =
         active.vertices.iter().flat_map(|&v| &fit.t[3 * v * n..][..3 * n]).copied().collect();
-    let mut pulls: Vec<Vec<Pull>> =
-        active.vertices.iter().map(|&v| std::mem::take(&mut fit.pulls[v])).collect();
+    let mut multipliers: Vec<Vec<Multiplier>> =
+        active.vertices.iter().map(|&v| std::mem::take(&mut fit.multipliers[v])).collect();
     // T Tᵀ of those that follow.
     let mut rest = outer(&fit.t, n) - outer(&t, n);
     let mut turn = Mat::<f64>::identity(n, n);
     for _ in 0..ITERATIONS {
         let mut p = t.clone();
-        let parts = pull(&fit.q, &mut p, &active.y, &mut pulls, bound);
+        let parts = update(&fit.q, &mut p, &active.y, &mut multipliers, bound);
         if parts.iter().all(|part| part.over == 0) {
             break;
         }
@@ -93,9 +93,9 @@ pub(super) fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> 
         turn = product(step, turn.as_ref());
     }
     follow(&mut fit.t, &turn, n);
-    for ((&v, t), pulls) in active.vertices.iter().zip(t.chunks(3 * n)).zip(pulls) {
+    for ((&v, t), multipliers) in active.vertices.iter().zip(t.chunks(3 * n)).zip(multipliers) {
         fit.t[3 * v * n..][..3 * n].copy_from_slice(t);
-        fit.pulls[v] = pulls;
+        fit.multipliers[v] = multipliers;
     }
     Ok(())
 }
@@ -116,25 +116,31 @@ fn part(active: usize) -> usize {
 }
 
 /// New multipliers for all active vertices. `t` has their columns of T and becomes P.
-fn pull(q: &Mat<f64>, t: &mut [f32], y: &[f32], pulls: &mut [Vec<Pull>], bound: f32) -> Vec<Part> {
+fn update(
+    q: &Mat<f64>,
+    t: &mut [f32],
+    y: &[f32],
+    multipliers: &mut [Vec<Multiplier>],
+    bound: f32,
+) -> Vec<Part> {
     let (f, n) = (q.nrows(), q.ncols());
     let rows: Vec<f32> = (0..f).flat_map(|i| (0..n).map(move |j| q[(i, j)] as f32)).collect();
     let q = narrow(q);
-    let size = part(pulls.len());
-    pulls
+    let size = part(multipliers.len());
+    multipliers
         .par_chunks_mut(size)
         .zip(y.par_chunks(size * 3 * f))
         .zip(t.par_chunks_mut(size * 3 * n))
-        .map(|((pulls, y), t)| {
+        .map(|((multipliers, y), t)| {
             let mut part = Part { entries: Vec::new(), b: vec![0.0; f * n], over: 0 };
             let mut squares = vec![0.0; f];
-            for first in (0..pulls.len()).step_by(GROUP) {
-                let count = GROUP.min(pulls.len() - first);
+            for first in (0..multipliers.len()).step_by(GROUP) {
+                let count = GROUP.min(multipliers.len() - first);
                 let m = combine(&q, &t[3 * first * n..][..3 * count * n]);
                 for (i, m) in m.chunks(3 * f).enumerate() {
                     let y = &y[3 * (first + i) * f..][..3 * f];
                     distances(y, m, &mut squares);
-                    part.pull(first + i, y, m, &squares, &mut pulls[first + i], bound);
+                    part.update(first + i, y, m, &squares, &mut multipliers[first + i], bound);
                 }
             }
             for group in part.entries.chunk_by(|a, b| a.vertex == b.vertex) {
@@ -159,21 +165,23 @@ fn pull(q: &Mat<f64>, t: &mut [f32], y: &[f32], pulls: &mut [Vec<Pull>], bound: 
 
 impl Part {
     /// One step of ADMM for one vertex: `m` is where it is, `squares` how far from where it should be.
-    fn pull(
+    fn update(
         &mut self,
         vertex: usize,
         y: &[f32],
         m: &[f32],
         squares: &[f32],
-        pulls: &mut Vec<Pull>,
+        multipliers: &mut Vec<Multiplier>,
         bound: f32,
     ) {
         let f = squares.len();
-        let radius = PULL_TO * bound;
-        let before = std::mem::take(pulls);
+        let radius = CLIP_TO * bound;
+        let before = std::mem::take(multipliers);
         let mut before = before.iter().peekable();
         for (frame, &square) in squares.iter().enumerate() {
-            let old = before.next_if(|pull| pull.frame as usize == frame).map(|pull| pull.u);
+            let old = before
+                .next_if(|multiplier| multiplier.frame as usize == frame)
+                .map(|multiplier| multiplier.u);
             if square <= radius * radius && old.is_none() {
                 continue;
             }
@@ -184,7 +192,7 @@ impl Part {
             let beyond = (1.0 - radius / r.length()).max(0.0);
             let u = -r * beyond;
             if beyond > 0.0 {
-                pulls.push(Pull { frame: frame as u32, u });
+                multipliers.push(Multiplier { frame: frame as u32, u });
             }
             self.entries.push(Entry { vertex, frame, d: old - 2.0 * u });
         }

@@ -16,7 +16,7 @@ pub(super) struct Fit {
     /// Column-major n×3V.
     pub t: Vec<f32>,
     /// For each vertex, the multipliers that are not zero, in the order of frames.
-    pub pulls: Vec<Vec<Pull>>,
+    pub multipliers: Vec<Vec<Multiplier>>,
 }
 
 impl Fit {
@@ -26,19 +26,19 @@ impl Fit {
     /// [`rhytid_core::Error::Io`].
     pub(super) fn on(frames: &mut Frames, gram: &Gram, q: Mat<f64>) -> Result<Self> {
         let t = project(frames, Attribute::Positions, &gram.center, &q)?;
-        Ok(Self { q, t, pulls: vec![Vec::new(); frames.vertices()] })
+        Ok(Self { q, t, multipliers: vec![Vec::new(); frames.vertices()] })
     }
 
     /// The first n columns. The multipliers stay, because a place that was hard to reach stays so.
     pub(super) fn first(&self, n: usize) -> Self {
         let t = self.t.chunks(self.q.ncols()).flat_map(|t| &t[..n]).copied().collect();
-        Self { q: self.q.subcols(0, n).to_owned(), t, pulls: self.pulls.clone() }
+        Self { q: self.q.subcols(0, n).to_owned(), t, multipliers: self.multipliers.clone() }
     }
 }
 
 /// The multiplier of a vertex in a frame.
 #[derive(Clone, Copy)]
-pub(super) struct Pull {
+pub(super) struct Multiplier {
     pub frame: u32,
     pub u: Vec3,
 }

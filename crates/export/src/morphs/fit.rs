@@ -95,7 +95,7 @@ fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
         let vertices = found.into_iter().flatten().zip(block.values.chunks_exact(3 * f));
         for (vertex, ((error, over), y)) in (first..).zip(vertices) {
             active.over += over;
-            if error <= NEAR * bound && fit.pulls[vertex].is_empty() {
+            if error <= NEAR * bound && fit.multipliers[vertex].is_empty() {
                 continue;
             }
             if active.vertices.len() >= most {

@@ -292,7 +292,7 @@ fn a_vertex_that_nothing_pulled_is_found_beyond_the_bound() {
         start.t[3 * vertex * columns] += 1.0;
         let (error, at) = worst(&start, &animation, &gram.center);
         assert!(error > 10.0 * bound && at == vertex);
-        assert!(start.pulls.iter().all(Vec::is_empty));
+        assert!(start.multipliers.iter().all(Vec::is_empty));
         let mut centred = Centred::new(&mut frames, &gram);
         let found = fit(&mut centred, start, bound, &mut |_| Ok(())).unwrap().unwrap();
         let (error, at) = worst(&found, &animation, &gram.center);

@@ -207,8 +207,8 @@ pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>
         Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
         Format::Glb | Format::Gltf => rhytid_gltf::read::open(path),
         Format::Pc2 => Err(Error::unsupported_format(format!(
-            "{}: is a point cache, which holds points alone, and neither faces nor a unit, a rate or how it was made: open it in the program \
-             that it is for, or give a .usd of the same take",
+            "{}: is a point cache, which holds points alone, without faces, unit, frame rate or recipe, and \
+             cannot be read; give a .usd of the same take",
             path.display()
         ))),
     }

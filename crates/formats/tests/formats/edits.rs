@@ -137,7 +137,7 @@ fn every_mistake_is_a_sentence_with_its_line() {
         ("[[gain]]\nby = -1\n", "line 2: [[gain]] by is -1, expected a number from 0 to 10"),
         ("[[gain]]\nby = inf\n", "line 2: [[gain]] by is inf"),
         ("[[gain]]\nby = []\n", "line 2: [[gain]] by is an empty list"),
-        ("[[gain]]\nby = [[1, 2], [3]]\n", "a list whose entry 2 is none"),
+        ("[[gain]]\nby = [[1, 2], [3]]\n", "a list whose entry 2 is not [frame, number]"),
         ("[[gain]]\nby = [[1, 2], [1, 3]]\n", "a list in which frame 1 comes behind frame 1"),
         ("[[gain]]\nby = 1\nease = \"bounce\"\n", "line 3: [[gain]] ease is \"bounce\", expected \"smooth\""),
         ("[[detail]]\nby = 3\n", "[[detail]] by is 3, expected a number from 0 to 2"),

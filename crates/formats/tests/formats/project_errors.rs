@@ -242,7 +242,7 @@ fn names_of_examples_are_distinct() {
     let second = "[[example]]\nname = \"frown\"\nmesh = \"b.obj\"\n[large_scale]";
     assert_eq!(
         changed("[large_scale]", second),
-        "face.toml, line 13: [[example]] name is \"frown\", expected a name that no other example has, but see line 9"
+        "face.toml, line 13: [[example]] name is \"frown\", expected a name that no other example has, but line 9 has it too"
     );
 }
 

@@ -66,8 +66,8 @@ fn mistakes_in_handles_are_named() {
         ),
         (
             "\nlabel;vertex\na;1\n",
-            "markers.csv, line 2: the columns are separated by semicolons, expected commas, and points in numbers: export it so, \
-             or replace them",
+            "markers.csv, line 2: the columns are separated by semicolons, expected commas between columns and points in \
+             numbers; export the table in this form",
         ),
         (
             "label,vertex,note\na,1,x\n",

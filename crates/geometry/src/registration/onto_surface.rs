@@ -18,7 +18,7 @@ const KEPT: usize = 4;
 
 /// A point at this part of the extent from its place costs one half. The cost of a point that is far away
 /// grows to 1.
-const FAR: f64 = 0.01;
+const HALF_COST: f64 = 0.01;
 
 /// Two results count as different if their rotations differ by more than this, in radians.
 const DIFFERENT: f64 = 0.26;
@@ -183,7 +183,7 @@ impl Search<'_> {
     }
 
     fn cost(&self, motion: &Similarity) -> Option<f64> {
-        let far = FAR * self.start.extent;
+        let far = HALF_COST * self.start.extent;
         let of = |(p, known): (&DVec3, &Option<DVec3>)| {
             let p = motion.apply(*p);
             let squared = known.or(self.surface.closest(p).map(|closest| closest.point))?.distance_squared(p);

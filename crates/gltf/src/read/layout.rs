@@ -110,9 +110,9 @@ impl Faults<'_> {
 impl Extras {
     /// Those of a scene, whose numbers are in their range.
     fn read(scene: &::gltf::json::Scene, faults: Faults<'_>) -> Result<Self> {
-        let extras = scene.extras.as_ref().ok_or(faults.of_others("says nothing of its frames"))?;
+        let extras = scene.extras.as_ref().ok_or(faults.of_others("has no data about its frames"))?;
         let extras: Self = serde_json::from_str(extras.get())
-            .map_err(|e| faults.of_others(&format!("does not say of its frames what it should ({e})")))?;
+            .map_err(|e| faults.of_others(&format!("has data about its frames that cannot be read ({e})")))?;
         if extras.frames == 0 {
             return Err(faults.of_file("has 0 frames, expected at least 1"));
         }
@@ -219,12 +219,12 @@ impl Layout {
             stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
             recipe: extras.rhytid,
         };
-        layout.find_channels(root, mesh_node, head).ok_or(ours("animates something else than a face"))?;
+        layout.find_channels(root, mesh_node, head).ok_or(ours("animates something other than a face"))?;
         if !(layout.to_mesh * layout.node).is_finite() {
             return Err(faults.of_file("has a node whose numbers are not finite; the file is damaged"));
         }
         if layout.weights.is_some() == layout.targets.is_empty() || layout.head.is_some() != head.is_some() {
-            return Err(ours("has targets or a head that nothing moves, or the other way round"));
+            return Err(ours("has morph targets or a head without animation, or animation without them"));
         }
         Ok(layout)
     }

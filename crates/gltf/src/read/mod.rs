@@ -57,7 +57,10 @@ fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn A
     let corners = arrays.indices(layout.indices)?;
     let fault = |what: &str| Error::malformed(format!("{}: {what}; the file is damaged", arrays.name));
     if corners.is_empty() || !corners.len().is_multiple_of(3) {
-        return Err(fault(&format!("has {} corners of triangles, expected some", corners.len())));
+        return Err(fault(&format!(
+            "has {} corners of triangles, expected a multiple of 3 above 0",
+            corners.len()
+        )));
     }
     let original = |corner: &u32| ids.get(*corner as usize).map(|&id| id as u32);
     let indices: Option<Vec<u32>> = corners.iter().map(original).collect();
@@ -99,7 +102,7 @@ fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
     let id = |[x]: [f64; 1]| (x >= 0.0 && x.fract() == 0.0 && x < count as f64).then_some(x as usize);
     numbers.into_iter().map(id).collect::<Option<_>>().ok_or_else(|| {
         Error::malformed(format!(
-            "{}: its _VERTEX_ID has numbers that are no vertex; the file is damaged",
+            "{}: its _VERTEX_ID has numbers that are not vertices; the file is damaged",
             arrays.name
         ))
     })

@@ -109,5 +109,6 @@ fn read_head(
         let rigid = (rotation.length() - 1.0).abs() < 1e-5;
         rigid.then(|| DMat4::from_rotation_translation(rotation.normalize(), DVec3::from_array(translation)))
     });
-    keys.collect::<Option<_>>().ok_or_else(|| fault("has a rotation of the head that is none"))
+    keys.collect::<Option<_>>()
+        .ok_or_else(|| fault("has a rotation of the head that is not a unit quaternion"))
 }

@@ -63,8 +63,8 @@ impl Limit {
         match (options.force, kind) {
             (false, _) => Self {
                 bytes: 1 << 30,
-                sentence: "1 GiB, more than viewers are made for: write .usd, or fewer frames or shapes, have it made smaller \
-                           (compressed, quantised or with meshopt), or insist",
+                sentence: "1 GiB, more than viewers are made for: write .usd, write fewer frames or shapes, \
+                           make it smaller (compressed, quantised or with meshopt), or lift the limit",
                 remedies: &[
                     Remedy::FewerFrames,
                     Remedy::Compress,
@@ -75,8 +75,8 @@ impl Limit {
             },
             (true, Kind::Glb) => Self {
                 bytes: u64::from(u32::MAX),
-                sentence: "4 GiB, where a GLB file ends: write .usd or .gltf, or fewer frames or shapes, or have it made smaller \
-                           (compressed, quantised or with meshopt)",
+                sentence: "4 GiB, the most that a GLB file holds: write .usd or .gltf, write fewer frames or \
+                           shapes, or make it smaller (compressed, quantised or with meshopt)",
                 remedies: &[Remedy::FewerFrames, Remedy::Compress, Remedy::Quantize, Remedy::Meshopt],
             },
             (true, Kind::Gltf) => Self { bytes: u64::MAX, sentence: "any disk", remedies: &[] },

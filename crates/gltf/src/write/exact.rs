@@ -140,17 +140,20 @@ pub(super) fn check_frames(
     let frames = scene.frames;
     if frames > MOST_TARGETS && !options.force {
         return Err(Error::too_large(format!(
-            "{}: {frames} frames as a morph target each are more than the {MOST_TARGETS} that viewers promise to \
-             show: write .usd, choose fewer frames, have fewer targets made by compressing, or insist",
+            "{}: {frames} frames with a morph target each are more than the {MOST_TARGETS} targets that \
+             viewers promise to show: write .usd, choose fewer frames, compress to fewer targets, or lift \
+             the limit",
             path.display()
-        )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress, Remedy::Force]));
+        ))
+        .with_remedies(&[Remedy::FewerFrames, Remedy::Compress, Remedy::Force]));
     }
     if frames > MOST_FRAMES {
         return Err(Error::too_large(format!(
-            "{}: {frames} frames as a morph target each are more than the {MOST_FRAMES} that a glTF file holds: write \
-             .usd, choose fewer frames, or have fewer targets made by compressing",
+            "{}: {frames} frames with a morph target each are more than the {MOST_FRAMES} targets that a \
+             glTF file holds: write .usd, choose fewer frames, or compress to fewer targets",
             path.display()
-        )).with_remedies(&[Remedy::FewerFrames, Remedy::Compress]));
+        ))
+        .with_remedies(&[Remedy::FewerFrames, Remedy::Compress]));
     }
     if options.meshopt {
         // The compressed size is known only later.

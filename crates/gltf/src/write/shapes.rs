@@ -16,10 +16,11 @@ pub fn check_count(path: &Path, count: usize, options: &Options) -> Result<()> {
         return Ok(());
     }
     Err(Error::too_large(format!(
-        "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: write .usd, \
-         leave some out, or insist",
+        "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: \
+         write .usd, leave some out, or lift the limit",
         path.display()
-    )).with_remedies(&[Remedy::Force]))
+    ))
+    .with_remedies(&[Remedy::Force]))
 }
 
 /// Writes a mesh with a target for each shape; `shapes` have been checked. Only the options for the numbers

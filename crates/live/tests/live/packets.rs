@@ -75,7 +75,7 @@ fn what_is_no_frame_is_refused_with_a_reason() {
     refused(&bundle(&[good[0].clone(), good[0].clone()]), "/rhytid/frame twice");
     refused(&bundle(&[good[0].clone(), good[1].clone(), good[1].clone()]), "a label twice");
     refused(&bundle(&[good[0].clone(), bundle(&good)]), "bundle within the bundle");
-    refused(&bundle(&[good[0].clone(), handle("", [0.0; 3])]), "a label of no letters");
+    refused(&bundle(&[good[0].clone(), handle("", [0.0; 3])]), "a label that is empty");
     refused(&bundle(&[good[0].clone(), handle(&"x".repeat(MAX_LABEL + 1), [0.0; 3])]), "255 bytes");
     refused(&bundle(&[good[0].clone(), handle(&"x".repeat(600), [0.0; 3])]), "512 bytes");
     for x in [f32::NAN, f32::INFINITY] {

@@ -222,8 +222,8 @@ impl Reader<'_> {
         let limit = bytes.saturating_add(1 << 16).min(u64::from(u32::MAX));
         if vertices as u64 > limit || corners as u64 / 6 > limit {
             return self.unsupported(format!(
-                "its nodes place {vertices} vertices and {corners} corners from {bytes} bytes of data, expected \
-                 one face; export it without its copies"
+                "its nodes repeat the same data: {vertices} vertices and {corners} corners from {bytes} \
+                 bytes of data, expected one face; export it without copies"
             ));
         }
         Ok(())

@@ -56,7 +56,8 @@ impl Source {
             ChannelKind::Sigma => {
                 let uncertainty = Uncertainty::new(rig, handles)?.ok_or_else(|| {
                     Error::rig_lacks(
-                        "the rig does not know how far it is to be trusted: that takes the learned method and an example",
+                        "the rig cannot say how uncertain it is: this needs the learned method and an \
+                         example",
                     )
                 })?;
                 Self::Sigma { uncertainty, sigma: Vec::new() }

@@ -2,7 +2,7 @@
 //! between.
 
 use rhytid_core::{HandleId, Result, Rig, Table, VertexId};
-use rhytid_solve::{Confidence, FAR};
+use rhytid_solve::{Confidence, EXTRAPOLATION};
 use std::collections::HashMap;
 
 /// Vertices whose confidence is computed.
@@ -77,7 +77,7 @@ impl Uncertainty {
     /// Whether a frame is far from the examples at any sample.
     pub(crate) fn is_far(&self, frame: usize) -> bool {
         let samples = self.samples(frame).iter().zip(&self.significance);
-        samples.into_iter().any(|(n, significance)| f64::from(n * significance) > FAR)
+        samples.into_iter().any(|(n, significance)| f64::from(n * significance) > EXTRAPOLATION)
     }
 
     /// The uncertainty of vertex `v`, given the frame's [`Uncertainty::samples`].

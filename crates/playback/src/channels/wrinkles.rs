@@ -35,10 +35,10 @@ pub(crate) struct WrinkleActivations {
     features: Features,
     /// The features of each example, features × 3, in the rig's order.
     examples: Arc<[Vec<[f64; 3]>]>,
-    /// Where each vertex's entries of `listens` begin. An entry is a feature that influences the vertex, with
-    /// its weight.
+    /// Where each vertex's entries of `influences` begin. An entry is a feature that influences the vertex,
+    /// with its weight.
     begins: Vec<u32>,
-    listens: Vec<(u32, f32)>,
+    influences: Vec<(u32, f32)>,
     /// V × P: ‖p‖.
     lengths: Table<f64>,
     /// V × P: how much an example counts, from 0 to 1.
@@ -111,7 +111,7 @@ impl Features {
     }
 
     /// The features that influence a vertex, with their weights.
-    fn listens_to(self, rig: &Rig, v: usize) -> Vec<(u32, f32)> {
+    fn influences_of(self, rig: &Rig, v: usize) -> Vec<(u32, f32)> {
         let of_edges = || {
             rig.influences().at(v).map(|(edge, weight)| (edge.0, weight)).filter(|(_, weight)| *weight > 0.0)
         };
@@ -119,7 +119,7 @@ impl Features {
             _ if of_edges().next().is_none() => Vec::new(),
             Self::Lengths => of_edges().collect(),
             Self::Vectors => {
-                let all = rig.listens_to(v).map(|(feature, weight)| (feature as u32, weight as f32));
+                let all = rig.influences_of(v).map(|(feature, weight)| (feature as u32, weight as f32));
                 all.filter(|(_, weight)| *weight > 0.0).collect()
             }
         }
@@ -138,16 +138,16 @@ impl WrinkleActivations {
         let features = if rig.vector_folds() { Features::Vectors } else { Features::Lengths };
         let examples: Arc<[Vec<[f64; 3]>]> =
             rig.examples().handles.rows().map(|pose| features.at_pose(rig, pose)).collect();
-        let (mut begins, mut listens) = (vec![0], Vec::new());
+        let (mut begins, mut influences) = (vec![0], Vec::new());
         for v in 0..rig.vertices() {
-            listens.extend(features.listens_to(rig, v));
-            begins.push(listens.len() as u32);
+            influences.extend(features.influences_of(rig, v));
+            begins.push(influences.len() as u32);
         }
         let count = examples.len();
         let mut activations = Self {
             features,
             begins,
-            listens,
+            influences,
             lengths: Table::filled(rig.vertices(), count, 0.0),
             counts: Table::without_columns(rig.vertices()),
             factors: Table::filled(rig.vertices(), count * (count + 1) / 2, 0.0),
@@ -181,7 +181,7 @@ impl WrinkleActivations {
     }
 
     fn of_vertex(&self, v: usize) -> &[(u32, f32)] {
-        &self.listens[self.begins[v] as usize..self.begins[v + 1] as usize]
+        &self.influences[self.begins[v] as usize..self.begins[v + 1] as usize]
     }
 
     fn factorise(&mut self, ridge: f64) {
@@ -190,9 +190,9 @@ impl WrinkleActivations {
         let rest = vec![[0.0; 3]; self.examples[0].len()];
         let rows = lengths.par_rows_mut().zip(factors.par_rows_mut());
         rows.enumerate().for_each(|(v, (lengths, factor))| {
-            let listens = self.of_vertex(v);
+            let influences = self.of_vertex(v);
             for (length, example) in lengths.iter_mut().zip(&*self.examples) {
-                *length = apart(listens, example, &rest);
+                *length = apart(influences, example, &rest);
             }
             let trace: f64 = 2.0 * lengths.iter().sum::<f64>();
             if trace <= 0.0 {
@@ -201,7 +201,7 @@ impl WrinkleActivations {
             let mut at = 0;
             for p in 0..count {
                 for q in 0..=p {
-                    let between = apart(listens, &self.examples[p], &self.examples[q]);
+                    let between = apart(influences, &self.examples[p], &self.examples[q]);
                     let diagonal = if p == q { ridge * trace / count as f64 } else { 0.0 };
                     factor[at] = lengths[p] + lengths[q] - between + diagonal;
                     at += 1;
@@ -221,10 +221,10 @@ impl WrinkleActivations {
             let mut a = vec![0.0; count];
             let factor = self.factors.row(v);
             if factor[0] > 0.0 {
-                let (listens, lengths) = (self.of_vertex(v), self.lengths.row(v));
-                let length = apart(listens, &frame, &rest);
+                let (influences, lengths) = (self.of_vertex(v), self.lengths.row(v));
+                let length = apart(influences, &frame, &rest);
                 for ((a, example), of_example) in a.iter_mut().zip(&*self.examples).zip(lengths) {
-                    *a = length + of_example - apart(listens, &frame, example);
+                    *a = length + of_example - apart(influences, &frame, example);
                 }
                 solve(factor, &mut a);
             }
@@ -253,12 +253,12 @@ impl WrinkleActivations {
 }
 
 /// The distance of two poses, from the features that influence a vertex.
-fn apart(listens: &[(u32, f32)], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+fn apart(influences: &[(u32, f32)], a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let square = |&(feature, weight): &(u32, f32)| {
         let off = vec3::sub(a[feature as usize], b[feature as usize]);
         f64::from(weight) * vec3::dot(off, off)
     };
-    listens.iter().map(square).sum::<f64>().sqrt()
+    influences.iter().map(square).sum::<f64>().sqrt()
 }
 
 /// The Cholesky factor, in place of a matrix whose lower triangle is stored row by row. All 0 where the

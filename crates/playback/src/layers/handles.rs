@@ -33,9 +33,7 @@ impl AddedTake {
         let column = |label: &String| take.labels.iter().position(|other| other == label);
         let columns: Vec<Option<usize>> = rig.handles().labels.iter().map(column).collect();
         if columns.iter().all(Option::is_none) || take.frames() == 0 {
-            return Err(Error::empty(
-                "has no frame of any of the rig's handles, so that there is nothing to add",
-            ));
+            return Err(Error::empty("has no frame of any of the rig's handles, so there is nothing to add"));
         }
         Ok(Self { columns, weights, frame: added.frame, amount: added.amount.clone(), take })
     }

@@ -126,7 +126,8 @@ impl<'a> Regions<'a> {
                 known.sort_unstable();
                 known.dedup();
                 return Err(self.fault(format!(
-                    "{what} is “{pattern}”, which is no handle of the rig and no region; the regions that this file and the handles' names say are {}",
+                    "{what} is “{pattern}”, which is no handle of the rig and no region; the regions in this \
+                     file and in the names of handles are {}",
                     if known.is_empty() { "none".to_owned() } else { known.join(", ") }
                 )).of_kind(InputErrorKind::UnknownName { name: pattern.clone() }));
             }

@@ -295,7 +295,7 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     let [features, rest] = [rig.handles().vector_strains(pose(25)), vec![[0.0; 3]; rig.handles().features()]];
     let apart = |a: &[[f64; 3]], b: &[[f64; 3]], v: usize| {
         let square = |(e, w): (usize, f64)| w * (0..3).map(|c| (a[e][c] - b[e][c]).powi(2)).sum::<f64>();
-        rig.listens_to(v).map(square).sum::<f64>().sqrt()
+        rig.influences_of(v).map(square).sum::<f64>().sqrt()
     };
     let moved: Vec<usize> = (0..rig.vertices()).filter(|&v| bump([0.0; 3], v) != [0.0; 3]).collect();
     let reach = 0.5 * moved.iter().map(|&v| apart(&features, &rest, v)).sum::<f64>() / moved.len() as f64;
@@ -455,8 +455,8 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
                         Some([a, b]) => 0.5 * (of(a.index()) + of(b.index())),
                         None => of(e - edges),
                     };
-                    let all: f64 = rig.listens_to(v).map(|(_, w)| w).sum();
-                    rig.listens_to(v).map(|(e, w)| w / all * of_feature(e)).sum()
+                    let all: f64 = rig.influences_of(v).map(|(_, w)| w).sum();
+                    rig.influences_of(v).map(|(e, w)| w / all * of_feature(e)).sum()
                 }
             };
             let s = ((sum - 0.05) / 0.9).clamp(0.0, 1.0);

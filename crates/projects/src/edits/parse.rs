@@ -155,7 +155,7 @@ fn added(section: &Section<'_>) -> Result<Added> {
 
 fn hold(section: &Section<'_>) -> Result<Hold> {
     section.allow(&["region", "frames", "at", "ease"])?;
-    let expected = "\"A..B\", frames counted from 0, of which B is not one";
+    let expected = "\"A..B\", frames counted from 0, B not included";
     let text = section.text("frames", expected)?.ok_or_else(|| section.lacks("frames", expected))?;
     let number = |text: &str| text.trim().parse::<usize>().ok();
     let frames = text.split_once("..").and_then(|(a, b)| number(a).zip(number(b))).filter(|(a, b)| a < b);
@@ -224,8 +224,8 @@ fn curve(section: &Section<'_>, key: &str, range: &RangeInclusive<f64>, ease: Ea
     };
     let mut keys: Vec<(f64, f64)> = Vec::with_capacity(items.len());
     for (i, item) in items.iter().enumerate() {
-        let key =
-            pair(item.get_ref()).ok_or_else(|| wrong(&format!("a list whose entry {} is none", i + 1)))?;
+        let key = pair(item.get_ref())
+            .ok_or_else(|| wrong(&format!("a list whose entry {} is not [frame, number]", i + 1)))?;
         if let Some(before) = keys.last().filter(|before| before.0 >= key.0) {
             return Err(wrong(&format!("a list in which frame {} comes behind frame {}", key.0, before.0)));
         }

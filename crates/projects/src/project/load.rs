@@ -148,7 +148,8 @@ fn pinned_vertices(
             return refused(
                 "box",
                 &format!(
-                    "has no vertex of the neutral in it, which reaches from {low:?} to {high:?}; is it in mesh units?"
+                    "has no vertex of the neutral in it, which reaches from {low:?} to {high:?}; check that \
+                     the box is in mesh units"
                 ),
             );
         }

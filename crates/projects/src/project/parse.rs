@@ -173,7 +173,7 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         let name = example_name(section)?;
         if let Some(first) = seen.insert(name, section) {
             let line = first.line("name");
-            let expected = format!("{EXAMPLE_NAME}, but see line {line}");
+            let expected = format!("{EXAMPLE_NAME}, but line {line} has it too");
             return Err(section.wrong("name", &quoted(name), &expected));
         }
         examples.push(example(section, name)?);

@@ -47,8 +47,9 @@ pub(super) fn place_handles(
     }
     if moved > 0 {
         log::warn!(
-            "[[example]] {example:?}: {moved} of the handles are elsewhere in the mesh than in frame {frame} of {}, most {} by {:.2} mm; they are put to where the take \
-             has them. If another frame is meant, name that; to move markers, use [[offset]] in a file of edits",
+            "[[example]] {example:?}: {moved} of the handles are elsewhere in the mesh than in frame {frame} \
+             of {}, the farthest {} by {:.2} mm, and are moved to their places in the take; if the mesh is \
+             of another frame, correct `frame`; to move markers, use [[offset]] in a file of edits",
             path.display(),
             farthest.1,
             farthest.0
@@ -101,10 +102,10 @@ pub(super) fn with_normal_map(
     if displaced(green.other())?.1.left < BETTER * found.left {
         let other = match green {
             NormalMapConvention::Up => {
-                "down, as in DirectX, by which its slopes are more nearly those of a surface; say green = \"down\""
+                "down, as in DirectX, because its slopes then fit a surface better; say green = \"down\""
             }
             NormalMapConvention::Down => {
-                "up, as in OpenGL, by which its slopes are more nearly those of a surface; say green = \"up\""
+                "up, as in OpenGL, because its slopes then fit a surface better; say green = \"up\""
             }
         };
         log::warn!("{}: its green seems to point {other}", path.display());

@@ -147,8 +147,8 @@ impl<'a> BesideNeutral<'a> {
         let name = &self.example.name;
         let millimetres = found.moved * self.face.metres_per_unit * 1e3;
         let fate = match self.face.settings.align {
-            true => "the solve takes that out (align = false would keep it)",
-            false => "without align = false the solve would take that out",
+            true => "the solve removes this motion (align = false would keep it)",
+            false => "without align = false the solve would remove this motion",
         };
         (found.degrees >= MISPLACED.0 || millimetres >= 1e3 * MISPLACED.1).then(|| {
             warning(
@@ -170,7 +170,8 @@ impl<'a> BesideNeutral<'a> {
             warning(
                 "pinned-moves",
                 format!(
-                    "example {name} moves vertex {v}, which is pinned, by {} mesh units; it will stay: check [pins]",
+                    "example {name} moves vertex {v}, which is pinned, by {} mesh units; the vertex will not \
+                     move: check [pins]",
                     length(most)
                 ),
             )

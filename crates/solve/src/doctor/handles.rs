@@ -87,7 +87,8 @@ fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut
             Severity::Warning,
             "handle-inside",
             format!(
-                "{} not seen from outside, in the mouth, a nostril or behind a lid perhaps: {}; take the vertex of the skin above",
+                "{} not seen from outside, perhaps in the mouth, in a nostril or behind a lid: {}; choose \
+                 the vertex of the skin above",
                 count(hidden.len(), "handle is", "handles are"),
                 first_few(&hidden)
             ),
@@ -175,8 +176,8 @@ fn up(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Rep
             Severity::Warning,
             "up",
             format!(
-                "up = \"{said}\", but the face looks along that axis: its handles do; up = \"{other}\" would let it \
-                 look ahead"
+                "up = \"{said}\", but the face looks along that axis, judging by its handles; up = \
+                 \"{other}\" would let it look ahead"
             ),
         );
     }

@@ -213,8 +213,8 @@ fn far_from_origin(face: &Face) -> Option<Finding> {
         error(
             "far-from-origin",
             format!(
-                "the neutral mesh is {} mesh units from the origin and {} across: in float32 its vertices are lost; \
-                 move all meshes, by the same, to the origin",
+                "the neutral mesh is {} mesh units from the origin and {} across: float32 cannot tell its \
+                 vertices apart; move all meshes to the origin, by the same offset",
                 length(farthest),
                 length(size)
             ),
@@ -256,8 +256,9 @@ fn rotations_of_the_basis(face: &Face) -> Option<Finding> {
     (face.settings.rotations && is_in_the_basis).then(|| {
         error(
             "settings",
-            "rotations go with share = 1 alone: of what is learned, the rest would be in the basis, whose rows say how far a vertex turns \
-             with each handle; set share to 1, leave it out with a finite reach, or do without rotations"
+            "rotations go with share = 1 alone: with a smaller share, a part of the linear band is in the \
+             basis, which also says how far vertices turn with the handles; set share to 1, leave share out \
+             with a finite reach, or do without rotations"
                 .into(),
         )
     })
@@ -293,7 +294,7 @@ fn strain_edges_without_length(face: &Face) -> Option<Finding> {
         error(
             "strain-edges",
             format!(
-                "{} no length at rest: {}; leave out what joins a place to itself",
+                "{} no length at rest: {}; leave out edges that join a place to itself",
                 count(flat.len(), "strain edge has", "strain edges have"),
                 first_few(&flat)
             ),

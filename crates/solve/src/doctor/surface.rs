@@ -81,7 +81,7 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
             .map(|(label, _)| label)
             .collect();
         let (severity, then) = if stray.is_empty() {
-            (Severity::Note, "they are kept, but nothing shows of them".to_owned())
+            (Severity::Note, "they are kept, but are not visible".to_owned())
         } else {
             let named = first_few(&stray);
             (
@@ -126,7 +126,7 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
             severity,
             "components-without-handles",
             format!(
-                "{}, {total} of the {} vertices ({}); what has no handle {fate}",
+                "{}, {total} of the {} vertices ({}); such a component {fate}",
                 count(
                     undriven.len(),
                     "connected component has no handle",

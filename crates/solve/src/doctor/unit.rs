@@ -40,8 +40,8 @@ pub(super) fn examine(face: &Face, report: &mut Report) -> f64 {
             Severity::Warning,
             "far-from-origin",
             format!(
-                "the neutral mesh is {} m from the origin, where float32, in which rigs and animations are, rounds by up \
-                 to {} mm; move all meshes, by the same, to the origin",
+                "the neutral mesh is {} m from the origin, where float32, the format of rigs and animations, \
+                 rounds by up to {} mm; move all meshes to the origin, by the same offset",
                 length(farthest * face.metres_per_unit),
                 length(1000.0 * rounded)
             ),

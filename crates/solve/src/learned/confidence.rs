@@ -10,9 +10,9 @@ use rhytid_kernels::Real;
 
 /// The relative σ above which a pose is far from the examples.
 ///
-/// It is relative to the σ of a left-out example: the larger of that at the vertex and that over the whole
-/// face.
-pub const FAR: f64 = 2.0;
+/// It is relative to the σ of an expression without a scan: the larger of that at the vertex and that over
+/// the whole face.
+pub const EXTRAPOLATION: f64 = 2.0;
 
 /// The vector strains of a rig's poses.
 pub(crate) struct HandlePoses {
@@ -44,8 +44,8 @@ impl HandlePoses {
 }
 
 /// The features that influence a vertex of a rig of the learned method, with their weights ω, all above 0.
-pub(crate) fn listens<T: Real>(rig: &Rig<T>, v: usize) -> Vec<(u32, f64)> {
-    rig.listens_to(v).filter(|(_, w)| *w > 0.0).map(|(e, w)| (e as u32, w)).collect()
+pub(crate) fn influences<T: Real>(rig: &Rig<T>, v: usize) -> Vec<(u32, f64)> {
+    rig.influences_of(v).filter(|(_, w)| *w > 0.0).map(|(e, w)| (e as u32, w)).collect()
 }
 
 /// The number of vertices that stand for the whole face where a vertex has learned nothing.
@@ -81,7 +81,7 @@ struct Typical {
 
 struct OfVertex {
     /// ω where it is above 0.
-    listens: Vec<(u32, f64)>,
+    influences: Vec<(u32, f64)>,
     /// s_v².
     variance: f64,
     tau: f64,
@@ -101,8 +101,8 @@ impl Confidence {
     pub fn new<T: Real>(rig: &Rig<T>, vertices: &[VertexId]) -> Result<Self> {
         let Some(learned) = rig.learned().filter(|_| !rig.examples().is_empty()) else {
             return Err(Error::rig_lacks(
-                "the rig does not know how far it is to be trusted: that takes the learned method and an example; solve it again \
-                 with method = \"learned\"",
+                "the rig cannot say how uncertain it is: this needs the learned method and an example; solve \
+                 it again with method = \"learned\"",
             ));
         };
         let poses = HandlePoses::from_rig(rig);
@@ -199,8 +199,8 @@ fn of_vertices<T: Real>(
     };
     let count = examples.examples();
     let of_vertex = |system: &mut VertexSystem, &v: &VertexId| {
-        let listens = listens(rig, v.index());
-        let (features, omega): (Vec<u32>, Vec<f64>) = listens.iter().copied().unzip();
+        let influences = influences(rig, v.index());
+        let (features, omega): (Vec<u32>, Vec<f64>) = influences.iter().copied().unzip();
         system.assemble(examples, &features, &omega);
         let (tau, variance) = (system.tau(), learned.variances[v.index()].widen());
         let is_learned = variance > 0.0 && system.factorize(settings)?;
@@ -215,7 +215,7 @@ fn of_vertices<T: Real>(
             true => noise / (noise + tau),
             false => 1.0,
         };
-        Ok(OfVertex { listens, variance, tau, factor, left_out, unknown })
+        Ok(OfVertex { influences, variance, tau, factor, left_out, unknown })
     };
     vertices.par_iter().map_init(|| VertexSystem::new(count), of_vertex).collect()
 }
@@ -224,7 +224,7 @@ impl OfVertex {
     /// κ(u, u).
     fn squared_strain(&self, frame: &VectorStrains) -> f64 {
         let square = |d: &[f64]| d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        self.listens.iter().map(|&(e, w)| w * square(frame.feature(e))).sum()
+        self.influences.iter().map(|&(e, w)| w * square(frame.feature(e))).sum()
     }
 
     /// `s_v² tr(κ(u, u) − kᵀ A k)`, the trace over the axes, plus the addition where the examples say little.
@@ -239,7 +239,7 @@ impl OfVertex {
         let size = 3 * examples.examples();
         k.clear();
         k.resize(size, [0.0; 3]);
-        for &(e, w) in &self.listens {
+        for &(e, w) in &self.influences {
             let d = frame.feature(e);
             let (dx, dy, dz) = (d[0], d[1], d[2]);
             // (1 − s) K1, and s κ on its diagonal.

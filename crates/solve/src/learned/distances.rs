@@ -166,7 +166,7 @@ fn between_handles(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], handles: usize
 
 #[cfg(test)]
 mod tests {
-    use super::super::neighborhoods::{Listens, edge_influences, linear_influences};
+    use super::super::neighborhoods::{InfluenceSource, edge_influences, linear_influences};
     use super::*;
     use rhytid_core::NoProgress;
     use rhytid_core::VertexId;
@@ -205,12 +205,12 @@ mod tests {
             let searched = Searched { rest, topology, cells, nearest_edges, nearest_handles };
             Distances::new(searched, &handles, &NoProgress).unwrap()
         };
-        let listens = vec![Listens::Itself; rest.len()];
+        let sources = vec![InfluenceSource::Itself; rest.len()];
         for k in [3, 6, 12] {
             let [some, all] = [(k + 1, 8), (usize::MAX, usize::MAX)].map(|(edges, nearest)| {
                 let distances = distances(edges, nearest);
                 let alpha = edge_influences(&distances, &handles, 4.0, k);
-                let omega = linear_influences(&handles, &distances, &alpha, &listens, 4.0);
+                let omega = linear_influences(&handles, &distances, &alpha, &sources, 4.0);
                 let found = distances.along.as_slice().iter().filter(|g| g.is_finite()).count();
                 (alpha, omega, found)
             });

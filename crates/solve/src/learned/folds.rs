@@ -61,12 +61,12 @@ pub(crate) fn vector_folds(
     let examples = strains.examples();
     let systems = Systems { vertices: left.height(), examples, fold_ridge };
     systems.solve(progress, |v, system| {
-        let listens = influences.at(v);
+        let terms = influences.at(v);
         system.weights.fill(DVec3::ZERO);
-        if listens.clone().all(|(e, omega)| e >= strain_edges || omega == 0.0) {
+        if terms.clone().all(|(e, omega)| e >= strain_edges || omega == 0.0) {
             return;
         }
-        strains.common(listens, &mut system.common);
+        strains.common(terms, &mut system.common);
         let kappa = |p: usize, q: usize| system.common[p.max(q) * examples + p.min(q)];
         for (p, (d, left)) in system.weights.iter_mut().zip(left.row(v)).enumerate() {
             let mut sum = DVec3::from_array(*left);
@@ -161,7 +161,7 @@ impl Systems {
                     system.matrix[p * centers] += fold_ridge * trace / examples as f64;
                 }
                 if !solve(&mut system.matrix, &mut system.weights) {
-                    return Err(Error::Internal(format!("the folds of vertex {v} have no solution")));
+                    return Err(Error::Internal(format!("the wrinkles of vertex {v} have no solution")));
                 }
                 for (p, w) in system.weights.iter().enumerate() {
                     for c in 0..3 {

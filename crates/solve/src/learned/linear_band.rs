@@ -294,8 +294,8 @@ pub(crate) fn linear_band(
                     *variance = smooth.iter().zip(&*z).map(|(w, z)| w * z).sum::<f64>() / z.len() as f64;
                     let scale = (1.0 - settings.share) / system.tau();
                     if scale > 0.0 {
-                        let listens = features.iter().zip(omega).zip(gains).filter(|((_, w), _)| **w > 0.0);
-                        for ((&e, &w), gain) in listens {
+                        let terms = features.iter().zip(omega).zip(gains).filter(|((_, w), _)| **w > 0.0);
+                        for ((&e, &w), gain) in terms {
                             let sum: f64 = z.iter().zip(strains.feature(e)).map(|(z, d)| z * d).sum();
                             *gain = scale * w * sum;
                             strains.add_to_row(e, *gain, row);

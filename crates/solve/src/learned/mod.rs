@@ -22,11 +22,11 @@ use crate::Shell;
 use crate::bind::bind_nearest;
 use crate::detail::{self, at_handles};
 pub use choice::Candidate;
-pub use confidence::{Confidence, FAR};
+pub use confidence::{Confidence, EXTRAPOLATION};
 use distances::{Distances, Searched};
 use folds::Folds;
 use linear_band::{LinearBand, LinearSettings};
-use neighborhoods::{ANCHORS, EdgeInfluences, LinearInfluences, Listens};
+use neighborhoods::{ANCHORS, EdgeInfluences, InfluenceSource, LinearInfluences};
 pub use parts::FreePart;
 use pulp::Arch;
 use rayon::prelude::*;
@@ -98,15 +98,15 @@ pub(crate) fn learn(
         |example: &Example| shell.handles.displacements(&at_handles(&shell.handles, &example.positions));
     let displacements: Vec<Vec<[f64; 3]>> = examples.iter().map(of_example).collect();
 
-    let (listens, free_parts) =
-        parts::listens(&shell.surface.rest, &shell.parts, examples, face.settings.bind);
-    let follows = |v: usize| matches!(listens[v], Listens::As(_)) && !shell.pinned[v];
+    let (sources, free_parts) =
+        parts::sources(&shell.surface.rest, &shell.parts, examples, face.settings.bind);
+    let follows = |v: usize| matches!(sources[v], InfluenceSource::As(_)) && !shell.pinned[v];
     let Surface { rest, triangles, .. } = &shell.surface;
     bind_nearest(rest, triangles, &shell.parts.driven, follows, &mut shell.basis);
     let smooth_residual = smooth_residual(shell, examples, mean, progress)?;
 
     let (influences, linear_influences) =
-        neighborhoods(shell, &listens, face.settings.max_influences, mean, progress)?;
+        neighborhoods(shell, &sources, face.settings.max_influences, mean, progress)?;
     let strains =
         VectorStrains::new(&displacements, &shell.handles.strain_edges, &shell.handles.rest_lengths(), mean);
     let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
@@ -127,7 +127,7 @@ pub(crate) fn learn(
     )?;
 
     let pose_features = detail::pose_features(&shell.handles, examples);
-    let smooth = SmoothBand {
+    let smooth = LearnedBand {
         band: &band,
         influences: &linear_influences,
         strains: &strains,
@@ -140,7 +140,7 @@ pub(crate) fn learn(
             (Table::without_columns(examples.len()), folds)
         }
         FoldStrains::Lengths => {
-            let detail = smooth.detail(shell, examples, &listens, progress)?;
+            let detail = smooth.detail(shell, examples, &sources, progress)?;
             let folds =
                 folds::length_folds(&pose_features, &influences, &detail, settings.fold_ridge, progress)?;
             (detail, folds)
@@ -220,26 +220,26 @@ impl Steps {
 /// α and ω: the influences on every vertex.
 fn neighborhoods(
     shell: &Shell,
-    listens: &[Listens],
+    sources: &[InfluenceSource],
     max_influences: usize,
     mean: f64,
     progress: &dyn Progress,
 ) -> Result<(EdgeInfluences, LinearInfluences)> {
     let Shell { surface, handles, topology, cells, .. } = shell;
     let k = max_influences.min(handles.strain_edges.len());
-    let some_follow = listens.iter().any(|listens| matches!(listens, Listens::As(_)));
+    let some_follow = sources.iter().any(|source| matches!(source, InfluenceSource::As(_)));
     let nearest_handles = if some_follow { k + ANCHORS } else { ANCHORS };
     let searched = Searched { rest: &surface.rest, topology, cells, nearest_edges: k + 1, nearest_handles };
     let distances = Distances::new(searched, handles, progress)?;
     progress.step("influences", 0, 1)?;
     let influences = neighborhoods::edge_influences(&distances, handles, mean, max_influences);
-    let linear = neighborhoods::linear_influences(handles, &distances, &influences, listens, mean);
+    let linear = neighborhoods::linear_influences(handles, &distances, &influences, sources, mean);
     progress.step("influences", 1, 1)?;
     Ok((influences, linear))
 }
 
 /// The learned linear band, on top of which the folds are learned.
-struct SmoothBand<'a> {
+struct LearnedBand<'a> {
     band: &'a LinearBand,
     influences: &'a LinearInfluences,
     strains: &'a VectorStrains,
@@ -249,7 +249,7 @@ struct SmoothBand<'a> {
     mean: f64,
 }
 
-impl SmoothBand<'_> {
+impl LearnedBand<'_> {
     /// The folds of vector strains, from the residual after the shell and the band in the space of the mesh.
     fn vector_folds(
         &self,
@@ -271,7 +271,7 @@ impl SmoothBand<'_> {
         &self,
         shell: &Shell,
         examples: &[Example],
-        listens: &[Listens],
+        sources: &[InfluenceSource],
         progress: &dyn Progress,
     ) -> Result<Table<[f64; 3]>> {
         let (handles, rest_lengths) = (&shell.handles, shell.handles.rest_lengths());
@@ -281,7 +281,7 @@ impl SmoothBand<'_> {
                 VectorStrains::new(&[u], &handles.strain_edges, &rest_lengths, self.mean).by_example();
             self.add(&products(of_frame.row(0), &self.example_vectors), positions);
         };
-        let moves = |v: usize| listens[v] != Listens::Nothing;
+        let moves = |v: usize| sources[v] != InfluenceSource::Nothing;
         detail::detail(shell, examples, moves, add_band, progress)
     }
 
@@ -334,7 +334,7 @@ fn smooth_residual(
 
 /// The areas by which s and λ are chosen, V: 0 at handles and off the skin. Eyes and teeth have large areas,
 /// but s and λ do not affect them.
-fn skin_area(shell: &Shell) -> Vec<f64> {
+pub(crate) fn skin_area(shell: &Shell) -> Vec<f64> {
     let Shell { handles, parts, laplacian, .. } = shell;
     let mut area = laplacian.mass.clone();
     area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);

@@ -147,7 +147,7 @@ impl LinearInfluences {
 
 /// The source of a vertex's influences.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Listens {
+pub(crate) enum InfluenceSource {
     /// A vertex of a driven part has its own influences.
     Itself,
     /// A vertex of a part that follows has the influences of this vertex of the driven surface.
@@ -165,15 +165,15 @@ pub(crate) enum Listens {
 /// [`ANCHORS`] nearest handles. A vertex that reaches no edge, and a part without a handle, have anchors
 /// alone.
 ///
-/// `listens` is V long; `mean` is L.
+/// `sources` is V long; `mean` is L.
 pub(crate) fn linear_influences(
     handles: &HandleSet<f64>,
     distances: &Distances,
     alpha: &EdgeInfluences,
-    listens: &[Listens],
+    sources: &[InfluenceSource],
     mean: f64,
 ) -> LinearInfluences {
-    let (vertices, k) = (listens.len(), alpha.edges.columns());
+    let (vertices, k) = (sources.len(), alpha.edges.columns());
     let per_vertex = k + ANCHORS;
     let first_anchor = handles.strain_edges.len() as u32;
     let mut features = Table::filled(vertices, per_vertex, first_anchor);
@@ -182,7 +182,7 @@ pub(crate) fn linear_influences(
         || Vec::with_capacity(handles.len()),
         |anchors, (v, (features, weights))| {
             let (edges, edge_weights) = (alpha.edges.row(v), alpha.weights.row(v));
-            let has_edges = listens[v] == Listens::Itself && edge_weights.iter().any(|&w| w > 0.0);
+            let has_edges = sources[v] == InfluenceSource::Itself && edge_weights.iter().any(|&w| w > 0.0);
             let (start, share) = if has_edges { (k, ANCHORS_SHARE) } else { (0, 1.0) };
             if has_edges {
                 features.iter_mut().zip(edges).for_each(|(to, edge)| *to = edge.0);
@@ -194,16 +194,16 @@ pub(crate) fn linear_influences(
                 let to = handles.rest[h.index()];
                 (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt()
             };
-            let distance = |h: HandleId| match listens[v] {
-                Listens::Nothing => f64::INFINITY,
-                Listens::Itself => distances.get(h, v),
-                Listens::As(w) => distances.get(h, w.index()),
-                Listens::At(centroid) => straight(h, centroid),
+            let distance = |h: HandleId| match sources[v] {
+                InfluenceSource::Nothing => f64::INFINITY,
+                InfluenceSource::Itself => distances.get(h, v),
+                InfluenceSource::As(w) => distances.get(h, w.index()),
+                InfluenceSource::At(centroid) => straight(h, centroid),
             };
-            let (room, width) = match listens[v] {
-                Listens::Itself | Listens::Nothing => (ANCHORS, WIDTH_ON_SURFACE),
-                Listens::As(_) => (per_vertex, WIDTH_ON_SURFACE),
-                Listens::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
+            let (room, width) = match sources[v] {
+                InfluenceSource::Itself | InfluenceSource::Nothing => (ANCHORS, WIDTH_ON_SURFACE),
+                InfluenceSource::As(_) => (per_vertex, WIDTH_ON_SURFACE),
+                InfluenceSource::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
             };
             nearest(handles.len(), room, distance, anchors);
             let Some(&(least, _)) = anchors.first() else { return };

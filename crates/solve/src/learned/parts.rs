@@ -1,5 +1,5 @@
 //! Parts without a handle (step 1 of the learned method). Some are rigid, others follow the driven surface.
-use super::neighborhoods::Listens;
+use super::neighborhoods::InfluenceSource;
 use crate::driven::DrivenComponents;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -26,12 +26,12 @@ pub struct FreePart {
 ///
 /// With [`Bind::Auto`], a part is rigid if it is rigid in all of `examples`, and follows the driven surface
 /// otherwise. The other values of `bind` decide for all parts.
-pub(crate) fn listens(
+pub(crate) fn sources(
     rest: &[[f64; 3]],
     parts: &DrivenComponents,
     examples: &[Example],
     bind: Bind,
-) -> (Vec<Listens>, Vec<FreePart>) {
+) -> (Vec<InfluenceSource>, Vec<FreePart>) {
     let count = parts.component.iter().max().map_or(0, |last| *last as usize + 1);
     let mut members = vec![Vec::new(); count];
     let without_handle = (0..rest.len() as u32).filter(|&v| !parts.driven[v as usize]);
@@ -52,19 +52,20 @@ pub(crate) fn listens(
     let surface = RTree::bulk_load(surface);
     // Of equally near vertices, the lowest counts.
     let closest = |x: &[f64; 3]| surface.nearest_neighbors(x).into_iter().map(|found| found.data).min();
-    let listens = (0..rest.len())
+    let sources = (0..rest.len())
         .into_par_iter()
         .map(|v| match parts.component[v] as usize {
-            _ if parts.driven[v] => Listens::Itself,
-            _ if bind == Bind::Rigid => Listens::Nothing,
-            part if is_rigid[part] => Listens::At(centroids[part]),
-            part => closest(&rest[v]).map_or(Listens::At(centroids[part]), |w| Listens::As(VertexId(w))),
+            _ if parts.driven[v] => InfluenceSource::Itself,
+            _ if bind == Bind::Rigid => InfluenceSource::Nothing,
+            part if is_rigid[part] => InfluenceSource::At(centroids[part]),
+            part => closest(&rest[v])
+                .map_or(InfluenceSource::At(centroids[part]), |w| InfluenceSource::As(VertexId(w))),
         })
         .collect();
     let free = members.iter().zip(is_rigid).filter_map(|(part, rigid)| {
         Some(FreePart { first_vertex: VertexId(*part.first()?), vertices: part.len(), rigid })
     });
-    (listens, free.collect())
+    (sources, free.collect())
 }
 
 fn centroid(positions: &[[f64; 3]], part: &[u32]) -> DVec3 {

@@ -76,8 +76,8 @@ pub fn plan_scans<T: Real>(
 ) -> Result<ScanPlan> {
     let Some(learned) = rig.learned() else {
         return Err(Error::rig_lacks(
-            "scans are planned by what vertices listen to, which a rig of the chapter's method does not have; solve it again with \
-             method = \"learned\"",
+            "scans are planned by the influences of the learned method, which this rig does not have; solve \
+             it again with method = \"learned\"",
         ));
     };
     let vertices = confidence::sample(rig, SAMPLES);
@@ -88,14 +88,14 @@ pub fn plan_scans<T: Real>(
     let mut of_vertices: Vec<OfVertex> = vertices
         .par_iter()
         .map(|&v| {
-            let listens = confidence::listens(rig, v.index());
+            let influences = confidence::influences(rig, v.index());
             let columns = |strains: &VectorStrains| {
-                Mat::from_fn(3 * listens.len(), strains.examples(), |i, pose| {
-                    let (e, w) = listens[i / 3];
+                Mat::from_fn(3 * influences.len(), strains.examples(), |i, pose| {
+                    let (e, w) = influences[i / 3];
                     w.sqrt() * strains.feature(e)[3 * pose + i % 3]
                 })
             };
-            let noise: f64 = listens.iter().map(|&(e, w)| w * frames.noise(e)).sum();
+            let noise: f64 = influences.iter().map(|&(e, w)| w * frames.noise(e)).sum();
             OfVertex::new(columns(&frames), columns(&examples), ridge, learned.marker_noise.powi(2) * noise)
         })
         .collect();

@@ -79,9 +79,9 @@ impl VectorStrains {
     /// κ of the examples, `Σ_e ω_e D_pe · D_qe`, over the features that influence a vertex.
     ///
     /// κ is P×P, row-major, and only its lower triangle is written.
-    pub(crate) fn common(&self, listens: impl Iterator<Item = (u32, f64)>, kappa: &mut [f64]) {
+    pub(crate) fn common(&self, sources: impl Iterator<Item = (u32, f64)>, kappa: &mut [f64]) {
         kappa.fill(0.0);
-        for (e, omega) in listens.filter(|(_, omega)| *omega > 0.0) {
+        for (e, omega) in sources.filter(|(_, omega)| *omega > 0.0) {
             let d = self.feature(e).as_chunks::<3>().0;
             for (p, row) in kappa.chunks_exact_mut(self.examples).enumerate() {
                 let of_p = d[p].map(|x| omega * x);

@@ -95,7 +95,7 @@ impl Clock {
             (Some(rate), None) => {
                 if !self.times.is_empty() {
                     warnings.push(format!(
-                        "the times do not increase from row to row; the frame rate of {rate} is taken instead"
+                        "the times do not increase from row to row; the frame rate of {rate} is used instead"
                     ));
                 }
                 increasing(even(rate))
@@ -119,12 +119,13 @@ impl Clock {
                     return increasing(from_first);
                 }
                 warnings.push(format!(
-                    "the times do not go with the frames' numbers at {rate} frames per second; the times are taken"
+                    "the times do not match the frames' numbers at {rate} frames per second; the times are \
+                     used"
                 ));
                 Ok(times.clone())
             }
             (None, Some(times)) => {
-                warnings.push("there is no frame rate; the column of times is taken".into());
+                warnings.push("there is no frame rate; the column of times is used".into());
                 Ok(times.clone())
             }
             (None, None) => Err(no_rate()),

@@ -48,8 +48,8 @@ pub(super) fn distinct(labels: Vec<String>, warnings: &mut Vec<String>) -> Vec<S
             warnings.push(format!("{} of {} {what}: {names_listed}", names.len(), out.len()));
         }
     };
-    warn(&nameless, "markers have no label, and get their place for one");
-    warn(&repeated, "markers have a label that came before, and get a number to it");
+    warn(&nameless, "markers have no label and are named after their position in the file");
+    warn(&repeated, "markers repeat the label of an earlier marker and get a number after it");
     out
 }
 
@@ -71,8 +71,8 @@ mod tests {
         assert_eq!(
             warnings,
             [
-                "2 of 7 markers have no label, and get their place for one: \"#2#\", \"#6\"",
-                "2 of 7 markers have a label that came before, and get a number to it: \"a#3\", \"a#4\"",
+                "2 of 7 markers have no label and are named after their position in the file: \"#2#\", \"#6\"",
+                "2 of 7 markers repeat the label of an earlier marker and get a number after it: \"a#3\", \"a#4\"",
             ]
         );
     }

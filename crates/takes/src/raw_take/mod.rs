@@ -44,7 +44,7 @@ pub fn read(path: &Path, rate: Option<f64>) -> Result<RawTake> {
 pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
     if let Some(rate) = rate.filter(|&rate| !clock::is_rate(rate)) {
         return Err(Error::out_of_range(format!(
-            "{name}: is to be read at {rate} frames per second, expected a number from 0.001 to 1000000"
+            "{name}: the given frame rate is {rate}, expected a number from 0.001 to 1000000"
         )));
     }
     match Kind::detect(bytes, Path::new(name)) {

@@ -52,7 +52,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     let modelled: Vec<&str> = found.iter().filter(|m| m.is_modelled).map(|m| m.label.as_str()).collect();
     if !modelled.is_empty() {
         header.warnings.push(format!(
-            "{} markers are there only as their rigid body or bone has them: {}",
+            "{} markers have only the positions that their rigid body or bone gives them: {}",
             modelled.len(),
             listed(modelled.into_iter())
         ));
@@ -80,9 +80,10 @@ fn read_keys(rows: &Rows<'_>, header: &mut Header) {
     header.unit.0 = place("Length Units").map(|column| text(rows, column)).unwrap_or_default();
     let version = place("Format Version").map(|column| text(rows, column)).unwrap_or_default();
     if !version.starts_with("1.2") {
-        header
-            .warnings
-            .push(format!("the format's version is {}, and 1.2x is what is known", quoted(&version)));
+        header.warnings.push(format!(
+            "the format's version is {}, expected 1.2x; the file may be read wrongly",
+            quoted(&version)
+        ));
     }
 }
 

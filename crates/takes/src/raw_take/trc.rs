@@ -96,7 +96,7 @@ fn labels(rows: &Rows<'_>, promised: Option<usize>, warnings: &mut Vec<String>) 
             LEAD + place + 1
         )));
     }
-    warnings.push("the labels do not stand over their columns; they are taken in their order".into());
+    warnings.push("the labels do not stand over their columns; they are used in their order".into());
     Ok(labels)
 }
 

@@ -16,10 +16,13 @@ pub(super) fn metres(unit: &str) -> Option<f64> {
 /// The warning for a `unit`, found in `place`, that [`metres`] does not know.
 pub(super) fn unknown(unit: &str, place: &str) -> String {
     if unit.is_empty() {
-        format!("{place} names no unit of length; it has to be given, or guessed from the size of the face")
+        format!(
+            "{place} names no unit of length; unless you give a unit, it is guessed from the size of the face"
+        )
     } else {
         format!(
-            "{place} is {}, expected mm, cm, m, in or ft; it has to be given, or guessed from the size of the face",
+            "{place} is {}, expected mm, cm, m, in or ft; unless you give a unit, it is guessed from the \
+             size of the face",
             rhytid_core::text::quoted(unit)
         )
     }

@@ -32,7 +32,7 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
         if let Some(other) = pairs.iter().find(|other| other.0 == pair.0 || other.1 == pair.1) {
             return Err(rows
                 .error(&format!(
-                    "{} belongs to {}, but {} to {} already; each label stands once",
+                    "{} belongs to {}, but {} belongs to {} already; each label may have one partner only",
                     quoted(&pair.0),
                     quoted(&pair.1),
                     quoted(&other.0),
@@ -60,7 +60,7 @@ mod tests {
             ("a,b\nchin,M1\n", "table.csv, line 1: the header is \"a,b\", expected columns"),
             (
                 "from,to\nchin,M1\nchin,M2\n",
-                "line 3: \"chin\" belongs to \"M2\", but \"chin\" to \"M1\" already",
+                "line 3: \"chin\" belongs to \"M2\", but \"chin\" belongs to \"M1\" already",
             ),
             ("from,to\nchin,\n", "table.csv: has no pairs"),
         ] {

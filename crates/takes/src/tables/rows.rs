@@ -27,7 +27,8 @@ impl<'a> Rows<'a> {
                 [(';', "semicolons"), ('\t', "tabs")].iter().find(|(c, _)| header.contains(*c))
         {
             return Err(rows.error(&format!(
-                "the columns are separated by {}, expected commas, and points in numbers: export it so, or replace them",
+                "the columns are separated by {}, expected commas between columns and points in numbers; \
+                 export the table in this form",
                 between.1
             )));
         }

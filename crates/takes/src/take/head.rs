@@ -30,7 +30,7 @@ pub(super) fn complete(rows: &Rows<'_>, found: Found) -> Result<Option<[usize; 7
     let lacking = COLUMNS.iter().zip(found).filter(|(_, column)| column.is_none());
     let lacking: Vec<String> = lacking.map(|(name, _)| quoted(name)).collect();
     Err(rows.error(&format!(
-        "the head's motion lacks the columns {}; it takes all seven ({}), or none",
+        "the head's motion lacks the columns {}, expected all seven ({}) or none",
         lacking.join(", "),
         COLUMNS.join(", ")
     )))

@@ -6,7 +6,7 @@ use rhytid_transfer::{Settings, Transferred, transfer};
 
 fn made(from: &Rig, to: &Face, landmarks: Option<&[(&str, &str)]>) -> rhytid_core::Result<Transferred> {
     let owned = landmarks.map(|l| l.iter().map(|(a, b)| ((*a).to_owned(), (*b).to_owned())).collect());
-    let settings = Settings { landmarks: owned, smooth_band: false };
+    let settings = Settings { landmarks: owned, linear_band: false };
     transfer(from, to, &settings, &processor(), &NoProgress)
 }
 
@@ -61,7 +61,7 @@ fn doubtful_landmarks_are_warned_of() {
     let mut astray = to.clone();
     let at = |label: &str| to.handles.labels.iter().position(|l| l == label).unwrap();
     astray.handles.labels.swap(at("cheek_L2"), at("cheekbone_L2"));
-    warned(&astray, None, "do not fit what is around them: cheek");
+    warned(&astray, None, "do not fit their surroundings: cheek");
     let few: Vec<(&str, &str)> =
         ["chin", "nasion", "mouth_corner_L", "mouth_corner_R", "forehead"].map(|l| (l, l)).to_vec();
     warned(&to, Some(&few), "only 5 landmarks are shared");

@@ -22,7 +22,7 @@ fn another_heads_expressions_are_those_of_its_proportions() {
         example.positions.iter_mut().for_each(|p| *p = other_head(*p));
     }
     let second = bare(&truth, truth.neutral.clone(), truth.handles.vertices.clone());
-    let settings = Settings { smooth_band: true, landmarks: None };
+    let settings = Settings { linear_band: true, landmarks: None };
     let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
     println!("{:?} {:?} {:?}", made.report.distance_mm, made.report.stretch, made.report.warnings);
     assert!(made.report.turned_over == 0 && made.report.covered > 0.97, "{:?}", made.report);

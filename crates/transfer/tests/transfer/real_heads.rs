@@ -46,8 +46,8 @@ fn a_head_on_another_head() {
     let from = rig(&face(&shared, "head"));
     let second = makehuman(&shared);
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
-    for smooth_band in [false, true] {
-        let settings = Settings { smooth_band, landmarks: None };
+    for linear_band in [false, true] {
+        let settings = Settings { linear_band, landmarks: None };
         let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
         let found = &made.report;
         println!("{} {:?} {:?} {:?}", found.covered, found.bare, found.distance_mm, found.stretch);
@@ -128,7 +128,7 @@ fn a_real_face_on_a_made_one_by_a_table_of_landmarks() {
     let mut second = rhytid_demo::face(8_000);
     second.examples.clear();
     let landmarks = Some(PAIRS.map(|(a, b)| (a.to_owned(), b.to_owned())).to_vec());
-    let settings = Settings { smooth_band: false, landmarks };
+    let settings = Settings { linear_band: false, landmarks };
     let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
     let found = &made.report;
     println!("{} {:?} {:?} {:?}", found.covered, found.bare, found.distance_mm, found.stretch);

@@ -19,8 +19,8 @@ fn the_real_face_on_itself_with_another_mesh() {
     let wrinkles = wrinkles(&from, &full);
     // Centimetres to millimetres.
     let mm = |[rms, worst]: [f64; 2]| [10.0 * rms, 10.0 * worst];
-    for smooth_band in [false, true] {
-        let settings = Settings { smooth_band, landmarks: None };
+    for linear_band in [false, true] {
+        let settings = Settings { linear_band, landmarks: None };
         let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
         assert!(made.report.warnings.is_empty() && made.report.turned_over == 0, "{:?}", made.report);
         assert!(made.report.covered > 0.99 && (made.report.scale - 1.0).abs() < 1e-6, "{:?}", made.report);
@@ -31,7 +31,7 @@ fn the_real_face_on_itself_with_another_mesh() {
         let to_shell = played(&shell, to.examples().handles.as_slice().as_flattened(), OutputStage::Shell);
         let (mut wrong, mut all) = (Vec::new(), Vec::new());
         for p in 0..full.len() {
-            if smooth_band {
+            if linear_band {
                 let expected = again.at(&full[p]);
                 wrong.extend(to_full[p].iter().zip(&expected).map(|(x, y)| minus(x, y)));
                 all.extend(expected.iter().zip(&again.mesh.positions).map(|(x, y)| minus(x, y)));
@@ -45,7 +45,7 @@ fn the_real_face_on_itself_with_another_mesh() {
             }
         }
         let (wrong, all) = (mm(rms(wrong.into_iter())), mm(rms(all.into_iter())));
-        println!("smooth band {smooth_band}: {wrong:.3?} mm of {all:.3?}");
-        assert!(wrong[0] < 0.1, "smooth band {smooth_band}: {wrong:?} mm of {all:?}");
+        println!("linear band {linear_band}: {wrong:.3?} mm of {all:.3?}");
+        assert!(wrong[0] < 0.1, "linear band {linear_band}: {wrong:?} mm of {all:?}");
     }
 }

@@ -11,7 +11,7 @@ fn the_same_rest_gets_the_same_examples() {
     let from = rig(&first);
     let second = bare(&first, first.neutral.clone(), first.handles.vertices.clone());
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
-    let settings = Settings { smooth_band: true, landmarks: None };
+    let settings = Settings { linear_band: true, landmarks: None };
     let Transferred { face, report, maps } =
         transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
     assert!(report.same_topology && report.covered == 1.0 && report.warnings.is_empty(), "{report:?}");
@@ -36,8 +36,8 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
     second.metres_per_unit = 0.005;
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let wrinkles = wrinkles(&from, &full);
-    let of = |smooth_band| {
-        let settings = Settings { smooth_band, landmarks: None };
+    let of = |linear_band| {
+        let settings = Settings { linear_band, landmarks: None };
         transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap()
     };
     let (all, alone) = (of(true), of(false));

@@ -222,7 +222,9 @@ fn check_metadata(layer: &Layer, mesh: &Prim, first: f64, frames: usize) -> Resu
         [("startTimeCode", first, "its first sample"), ("endTimeCode", last, "its last sample")]
     {
         if let Some(found) = number(name).filter(|found| *found != expected) {
-            return Err(format!("has the {name} {found}, expected {expected} as of {what}; export it again"));
+            return Err(format!(
+                "has the {name} {found}, expected {expected}, the time code of {what}; export it again"
+            ));
         }
     }
     let orientation = attribute(mesh, "orientation").and_then(|attribute| attribute.default.as_ref());
@@ -243,11 +245,12 @@ fn check_times(numbers: &mut Numbers, samples: &dyn Samples) -> Result<(f64, usi
     };
     if times.iter().enumerate().any(|(i, &time)| time != first + i as f64) {
         return Err(format!(
-            "its points do not have a sample at each time code from {first} on, expected that of an exported animation"
+            "its points do not have a sample at each time code from {first} on, expected one for each frame, \
+             as in an exported animation"
         ));
     }
     let fault = |what: &str| {
-        Err(format!("its points and its {what} have samples at other time codes; export it again"))
+        Err(format!("its points and its {what} have samples at different time codes; export it again"))
     };
     for (channel, number) in &mut numbers.channels {
         match samples.times(*number) {

@@ -60,15 +60,17 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
     let root = default_prim(&opened.layer);
     if parts.summary().recipe != root.and_then(stated_recipe) {
         return Err(Error::mismatch(format!(
-            "{name}: its parts are others than when they were stitched; stitch them again"
+            "{name}: its parts have changed since they were stitched; stitch them again"
         )));
     }
     let manifest = named(manifest, "manifestAssetPath")?;
     if !manifest.exists() {
         return Err(Error::mismatch(format!(
-            "{name}: its manifest {} is not there, without which USD plays the first part only; stitch the parts again",
+            "{name}: its manifest {} is not there, so USD would play only the first part; stitch the parts \
+             again",
             manifest.display()
-        )).of_kind(InputErrorKind::NotThere { file: manifest.clone() }));
+        ))
+        .of_kind(InputErrorKind::NotThere { file: manifest.clone() }));
     }
     let first = open(&parts.parts()[0].path)?.layer;
     if let Some(undeclared) = undeclared(&first, &open(&manifest)?.layer) {

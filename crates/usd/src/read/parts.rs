@@ -45,8 +45,8 @@ impl Parts {
                     if let Some(difference) = difference(expected, &summary) {
                         let (path, first) = (path.display(), first.display());
                         return Err(Error::mismatch(format!(
-                            "{path} and {first} are no parts of one animation: {difference}; export both anew with the \
-                             same rig and settings"
+                            "{path} and {first} are not parts of one animation: {difference}; export both \
+                             anew with the same rig and settings"
                         )));
                     }
                 }
@@ -123,9 +123,11 @@ fn open_part(path: &Path) -> Result<Animation> {
     let animation = Animation::new(opened, path.display().to_string())?;
     if animation.summary().stated_error.is_some() {
         return Err(Error::conflict(format!(
-            "{}: holds shapes with curves, which would be other shapes in each part; export the parts without shapes",
+            "{}: holds shapes with curves, and the shapes of each part would be different; export the parts \
+             without shapes",
             path.display()
-        )).with_remedies(&[Remedy::NoShapes]));
+        ))
+        .with_remedies(&[Remedy::NoShapes]));
     }
     Ok(animation)
 }
@@ -170,11 +172,11 @@ fn difference(a: &Summary, b: &Summary) -> Option<String> {
         let name = &channel.name;
         match [b, a].map(|summary| summary.channels.iter().find(|known| known.name == *name)) {
             [Some(b), Some(a)] if a == b => {}
-            [Some(_), Some(_)] => return Some(format!("{name} is another channel in each")),
+            [Some(_), Some(_)] => return Some(format!("the channel {name} is different in each")),
             [b, a] => return Some(format!("with {name}: {} and {}", has(b.is_some()), has(a.is_some()))),
         }
     }
-    (a.faces != b.faces).then(|| "their faces are others".to_owned())
+    (a.faces != b.faces).then(|| "their faces are different".to_owned())
 }
 
 fn check_follows(before: &Part, after: &Part) -> Result<()> {
@@ -186,8 +188,8 @@ fn check_follows(before: &Part, after: &Part) -> Result<()> {
     let (last, before, after) = (expected - 1.0, before.path.display(), after.path.display());
     Err(Error::mismatch(if found > expected {
         format!(
-            "the frames {expected} to {} are in no part: {before} ends with {last} and {after} begins with {found}; \
-             export them or leave out what does not follow",
+            "the frames {expected} to {} are in no part: {before} ends with {last} and {after} begins with \
+             {found}; export the missing frames, or leave out the parts after them",
             found - 1.0
         )
     } else {

@@ -39,7 +39,8 @@ impl Baked {
         let others: Vec<&str> = others.map(|channel| &*channel.name).collect();
         if !others.is_empty() {
             return Err(Error::conflict(format!(
-                "{}: shapes with curves in USD have no place for {}; leave them or the shapes out",
+                "{}: a USD file of shapes with curves has no place for {}; leave these channels or the \
+                 shapes out",
                 path.display(),
                 others.join(", ")
             )));

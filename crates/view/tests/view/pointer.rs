@@ -205,7 +205,7 @@ fn a_vertex_says_what_drives_it() {
     assert!(near < 2.0, "the vertex is {near} from the marker that it is beside");
     view.run();
     view.get_by_label("strain edge");
-    view.get_by_label("of the folds");
+    view.get_by_label("wrinkles");
     let explanation = demo().1.explain(vertex, &document(&view).handles(true)).unwrap();
     let [a, b] = demo().1.handles().strain_edges[explanation.edges[0].edge.index()]
         .map(|h| &*demo().1.handles().labels[h.index()]);

@@ -125,7 +125,7 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         file.write_all(plot::svg(&report)?.as_bytes()).map_err(file.error())?;
         file.finish()?;
     }
-    if args.json { output::json(&report) } else { output::say(&report.to_terminal()) }
+    if args.json.wanted { output::json(&report) } else { output::say(&report.to_terminal()) }
 }
 
 fn device_times(

@@ -83,7 +83,7 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
         file_bytes,
         content: read(&args.file, args.elsewhere.reach())?,
     };
-    if args.json {
+    if args.json.wanted {
         return output::json(&info);
     }
     let (what, rows) = match &info.content {

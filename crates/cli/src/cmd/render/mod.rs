@@ -55,25 +55,33 @@ impl Drawn {
 /// As [`draw`].
 pub(super) fn run(args: &args::Render, ui: &Ui) -> Result<()> {
     let done = draw(args, ui)?;
-    if ui.is_quiet() {
-        return Ok(());
-    }
     let [evaluates, draws] = &done.devices;
     let on = match evaluates == draws {
         true => String::new(),
         false => format!(" on {} ({})", evaluates.id(), evaluates.name),
     };
     let part = |(what, time): &(&str, Duration)| format!("{} {what}", human::duration(*time));
-    output::say(&format!(
-        "{}: {} evaluated{on} and drawn on {} in {}: {}; {} a second, {}",
-        args.output.display(),
-        human::counted(done.pictures, "picture"),
-        done.draws(),
-        human::duration(done.time),
-        done.parts.iter().map(part).collect::<Vec<_>>().join(", "),
-        human::number((done.pictures as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
-        human::bytes(done.bytes)
-    ))
+    let parts = done.parts.iter().map(part).collect::<Vec<_>>().join(", ");
+    let parts = if ui.is_verbose() { format!(": {parts}") } else { String::new() };
+    let summary = serde_json::json!({
+        "file": args.output,
+        "bytes": done.bytes,
+        "pictures": done.pictures,
+        "evaluated_on": evaluates.id(),
+        "drawn_on": draws.id(),
+        "seconds": done.time.as_secs_f64(),
+    });
+    output::done(args.json, ui, &summary, || {
+        format!(
+            "{}: {} evaluated{on} and drawn on {} in {}{parts}; {} a second, {}",
+            args.output.display(),
+            human::counted(done.pictures, "picture"),
+            done.draws(),
+            human::duration(done.time),
+            human::number((done.pictures as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
+            human::bytes(done.bytes)
+        )
+    })
 }
 
 /// The kind of output.

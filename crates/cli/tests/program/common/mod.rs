@@ -264,7 +264,8 @@ pub(crate) fn documented(what: &str) -> Vec<String> {
     let section = page.split_once(&heading).unwrap_or_else(|| panic!("no section {what}")).1;
     let section = section.split("\n#").next().unwrap();
     let rows = section.lines().filter(|line| line.starts_with("| `"));
-    rows.map(|row| row.split('`').nth(1).unwrap().to_owned()).collect()
+    let keys = |row: &'static str| row.split('|').nth(1).unwrap().split('`').skip(1).step_by(2);
+    rows.flat_map(keys).map(str::to_owned).collect()
 }
 
 /// Asserts that an object has exactly the documented keys.

@@ -71,7 +71,7 @@ fn library_of(manifest: &str) -> String {
 fn a_driver_that_ends_its_process_is_named_and_passed_over() {
     for (kind, what) in [
         ("CRASHES", "its driver crashes (a wrong address, signal 11)"),
-        ("EXITS", "its driver ends the program that looks at it, with exit code 0"),
+        ("EXITS", "its driver ends the program that tries it, with exit code 0"),
         ("HANGS", "its driver hangs"),
     ] {
         let driver = Driver::new(kind);

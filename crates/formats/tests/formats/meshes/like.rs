@@ -35,7 +35,7 @@ fn says_what_differs() {
     let other = NEUTRAL.replace("f 1 2 3", "f 1 2 4");
     let message = refused(&other);
     assert!(message.contains("face 1 joins the vertices 0 1 3, which no face of "), "{message}");
-    assert!(message.contains("whose face 1 joins 0 1 2 (vertices counted from 0)"), "{message}");
+    assert!(message.contains(", face 1 joins 0 1 2 (vertices counted from 0)"), "{message}");
 }
 
 #[test]

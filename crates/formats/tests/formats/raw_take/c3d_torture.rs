@@ -12,9 +12,7 @@ fn labels_that_are_not_distinct_or_not_there() {
     written.set("POINT", "LABELS", texts(&["jaw00", "jaw00", "", "jaw00"]));
     let take = read(&written.bytes(), NAME);
     assert_eq!(take.tracks.labels, ["jaw00", "jaw00#2", "#3", "jaw00#3"]);
-    assert!(
-        warns(&take, "1 of 4 markers have no label") && warns(&take, "2 of 4 markers have a label that came")
-    );
+    assert!(warns(&take, "1 of 4 markers have no label") && warns(&take, "2 of 4 markers repeat the label"));
 
     written.set("POINT", "LABELS", texts(&["jaw00"]));
     assert_eq!(read(&written.bytes(), NAME).tracks.labels, ["jaw00", "#2", "#3", "#4"]);
@@ -45,7 +43,7 @@ fn rates_that_contradict_each_other_or_are_none() {
     let second = |written: &C3d| read(&written.bytes(), NAME).tracks.times[1];
     written.header.rate = Some(60.0);
     assert_eq!(second(&written), 1.0 / 120.0);
-    assert!(warns(&read(&written.bytes(), NAME), "120 by POINT:RATE and 60 by the header; 120 is taken"));
+    assert!(warns(&read(&written.bytes(), NAME), "120 by POINT:RATE and 60 by the header; 120 is used"));
     written.set("TRIAL", "CAMERA_RATE", Value::Floats(vec![100.0]));
     assert!(warns(&read(&written.bytes(), NAME), "and 60 by the header and 100 by TRIAL:CAMERA_RATE"));
 
@@ -177,7 +175,7 @@ fn damaged_parameters_are_read_up_to_the_damage() {
     assert_eq!((take.tracks.frames(), take.tracks.labels[0].as_str()), (6, "#1"));
 
     written.processor = 0;
-    assert!(warns(&read(&written.bytes(), NAME), "84 is taken"));
+    assert!(warns(&read(&written.bytes(), NAME), "84 is used"));
 }
 
 #[test]

@@ -27,7 +27,10 @@ Frame,Time (Seconds),X,Y,Z,W,X,Y,Z,,X,Y,Z,,X,Y,Z,X,Y,Z,X,Y,Z
 fn markers_are_found_among_bodies() {
     let take = read(FILE.as_bytes(), NAME);
     assert_eq!(take.tracks.labels, ["Cap:2", "Cap:1", "Actor:jaw00"]);
-    assert_eq!(take.warnings, ["1 markers are there only as their rigid body or bone has them: \"Cap:2\""]);
+    assert_eq!(
+        take.warnings,
+        ["1 markers have only the positions that their rigid body or bone gives them: \"Cap:2\""]
+    );
     assert_eq!(take.metres_per_unit, Some(1.0));
     assert_eq!(take.tracks.times, [0.0, 1.0 / 120.0, 2.0 / 120.0]);
     let p = &take.tracks.positions;
@@ -55,7 +58,7 @@ fn keys_that_are_wrong_or_missing() {
     assert!(warns(&promised, "3 of its 5 frames"));
     // The export's rate is wrong; the times win.
     let rate = read(FILE.replace("120.0", "100.0").as_bytes(), NAME);
-    assert!(rate.tracks.times[1] == 0.008333 && warns(&rate, "the times are taken"));
+    assert!(rate.tracks.times[1] == 0.008333 && warns(&rate, "the times are used"));
     let no_rate = FILE.replace("Frame Rate", "Rate").replace("Time (Seconds)", "Something");
     has_no_rate(no_rate.as_bytes(), NAME);
     assert_eq!(decode(no_rate.as_bytes(), NAME, Some(30.0)).unwrap().tracks.times[1], 1.0 / 30.0);

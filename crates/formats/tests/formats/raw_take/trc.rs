@@ -67,7 +67,7 @@ fn the_clock_is_the_one_that_the_times_allow() {
     // Times that say something else than the rate.
     let (found, said) = times(&rows(["1\t0.000", "2\t0.020", "3\t0.040"]), "60");
     assert_eq!(found, [0.0, 0.02, 0.04]);
-    assert!(said.contains("the times are taken"), "{said}");
+    assert!(said.contains("the times are used"), "{said}");
     // No times, no rate, numbers that do not increase.
     assert_eq!(times(&rows(["1\t", "2\t", "3\t"]), "60"), (vec![0.0, 1.0 / 60.0, 2.0 / 60.0], String::new()));
     let (found, said) = times(&rows(["1\t0.000", "2\t0.020", "3\t0.040"]), "0");
@@ -95,7 +95,7 @@ fn labels_that_are_not_distinct_or_not_there() {
     assert_eq!(labels("\t\t\tb").0, ["#1", "b"]);
     assert_eq!(labels("a").0, ["a", "#2"]);
     let (found, said) = labels("a\tb");
-    assert!(found == ["a", "b"] && said.contains("taken in their order"), "{said}");
+    assert!(found == ["a", "b"] && said.contains("used in their order"), "{said}");
     let wrong = file("60", "3\t2", "mm", "a\tb\tc", ROWS);
     assert!(refused(wrong.as_bytes(), NAME).contains("\"b\" stands over column 4"));
 }

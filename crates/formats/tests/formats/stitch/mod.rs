@@ -235,7 +235,7 @@ fn parts_of_other_animations_are_refused() {
         ("head: bake and drop", |a| a.state("head", "bake")),
         ("treatment: ", |a| a.state("treatment", serde_json::json!({ "rate": 25.0 }))),
         ("something_new: 3 and none", |a| a.state("something_new", 3)),
-        ("strain is another channel in each", |a| {
+        ("the channel strain is different in each", |a| {
             let vertices = a.rest.len();
             let strain = a.others.iter_mut().find(|other| other.channel.name == "strain").unwrap();
             strain.channel = Channel::of_file("strain", 1);
@@ -245,7 +245,7 @@ fn parts_of_other_animations_are_refused() {
         ("metres per unit: 1 and 0.01", |a| a.metres_per_unit = 1.0),
         ("the up axis: Z and Y", |a| a.up_axis = UpAxis::Z),
         ("with normals: no and yes", |a| a.with_normals = false),
-        ("their faces are others", |a| a.faces.indices.swap(0, 1)),
+        ("their faces are different", |a| a.faces.indices.swap(0, 1)),
     ];
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("out.usd");

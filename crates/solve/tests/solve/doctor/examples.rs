@@ -73,14 +73,15 @@ fn a_scan_in_another_place_and_what_is_pinned_and_moves() {
             [*x, *y, *z] = [cos * *x - sin * *y + 0.3, sin * *x + cos * *y, *z];
         }
     });
-    let words = ["example smile is turned by 4°", "the solve takes that out (align = false would keep it)"];
+    let words =
+        ["example smile is turned by 4°", "the solve removes this motion (align = false would keep it)"];
     finds(&turned, Severity::Warning, "example-in-another-place", &words);
     let kept = Face { settings: Settings { align: false, ..turned.settings.clone() }, ..turned };
     finds(
         &kept,
         Severity::Warning,
         "example-in-another-place",
-        &["without align = false the solve would take that out"],
+        &["without align = false the solve would remove this motion"],
     );
     let pinned = with(|f| f.settings.pins.vertices = vec![VertexId(11), VertexId(13)]);
     finds(

@@ -103,7 +103,7 @@ impl<T: Copy + PartialEq + fmt::Display> Claims<T> {
         if self.0.len() > 1 {
             let said: Vec<String> =
                 self.0.iter().map(|(value, place)| format!("{value} by {place}")).collect();
-            warnings.push(format!("{what} is {}; {chosen} is taken", said.join(" and ")));
+            warnings.push(format!("{what} is {}; {chosen} is used", said.join(" and ")));
         }
     }
 }
@@ -137,8 +137,8 @@ pub(super) fn find(
     ]);
     if storages.0.is_empty() {
         return Err(Error::malformed(
-            "neither POINT:SCALE nor the header says what the coordinates are to be multiplied by, so the \
-             points cannot be read; export the file anew",
+            "neither POINT:SCALE nor the header gives the scale of the coordinates, so the points cannot be \
+             read; export the file anew",
         ));
     }
     let analogs = analogs(header, parameters, rate);
@@ -182,8 +182,8 @@ pub(super) fn find(
         let frames = file[layout.start..].chunks_exact(layout.frame_bytes());
         there -= frames.rev().take_while(|frame| frame.iter().all(|byte| *byte == 0)).count();
         warnings.push(format!(
-            "the number of frames is given as {WORD}, the most that fits its place; by the size of the file {there} \
-             are taken"
+            "the number of frames is given as {WORD}, the largest possible number; {there}, which the size \
+             of the file says, is used"
         ));
         layout.promised = there as u64;
     } else if layout.promised <= WORD {
@@ -200,7 +200,8 @@ pub(super) fn first_frame(header: &Header, parameters: &Parameters<'_>, warnings
     match first {
         Some(first) if first != header && first <= u32::from(u16::MAX) => {
             warnings.push(format!(
-                "the first frame is {first} by TRIAL:ACTUAL_START_FIELD and {header} by the header; {first} is taken"
+                "the first frame is {first} by TRIAL:ACTUAL_START_FIELD and {header} by the header; {first} \
+                 is used"
             ));
             first
         }

@@ -122,7 +122,7 @@ fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<
     };
     let preface: &[u8; 4] = bytes.get(start..).and_then(|section| section.first_chunk()).ok_or_else(cut)?;
     let processor = Processor::from_code(preface[3]).unwrap_or_else(|| {
-        warnings.push(format!("the processor's code is {}, expected 84, 85 or 86; 84 is taken", preface[3]));
+        warnings.push(format!("the processor's code is {}, expected 84, 85 or 86; 84 is used", preface[3]));
         Processor::Intel
     });
     let header = Header::read(header, processor);
@@ -166,11 +166,11 @@ fn settle_rate(
     let absent = parameters.number("POINT", "RATE").filter(|_| place != "POINT:RATE");
     if let Some(absent) = absent {
         warnings
-            .push(format!("POINT:RATE is {absent}, which is no frame rate; the {rate} of {place} is taken"));
+            .push(format!("POINT:RATE is {absent}, which is no frame rate; the {rate} of {place} is used"));
     }
     if !others.is_empty() {
         warnings.push(format!(
-            "the frame rate is {rate} by {place} and {}; {rate} is taken",
+            "the frame rate is {rate} by {place} and {}; {rate} is used",
             others.join(" and ")
         ));
     }
