@@ -298,7 +298,6 @@ fn quiet_prints_nothing() {
     for args in [
         "solve face.toml -o face.safetensors -q",
         "-q animate face.safetensors take.csv -o out/face.usda",
-        "demo demo --vertices 2000 --quiet",
         "man man -q",
     ] {
         let output = f.rhytid(args).output().unwrap();

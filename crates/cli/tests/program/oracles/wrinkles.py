@@ -55,6 +55,14 @@ class Rig:
         reach = self.about["learned"].get("reach", np.inf)
         scaled = reach * self.vectors if np.isfinite(reach) else np.array([np.inf, -np.inf])[:, None, None]
         self.bounds = np.minimum(scaled.min(axis=0), 0), np.maximum(scaled.max(axis=0), 0)
+        # What the examples alone say: their lengths, V × P, and the system of each vertex.
+        count, zero = len(self.vectors), np.zeros_like(self.vectors[0])
+        self.example_lengths = np.stack([self.distances(vector, zero) for vector in self.vectors], axis=1)
+        between = np.stack([[self.distances(a, b) for b in self.vectors] for a in self.vectors])
+        lengths = self.example_lengths
+        self.gram = lengths[:, :, None] + lengths[:, None, :] - np.moveaxis(between, 2, 0)
+        self.trace = np.trace(self.gram, axis1=1, axis2=2)
+        self.gram += (self.about["learned"]["fold_ridge"] * self.trace / count)[:, None, None] * np.eye(count)
 
     def strains(self, pose):
         u = pose - self.rest_handles
@@ -67,18 +75,12 @@ class Rig:
     def activations(self, pose):
         frame = np.clip(self.strains(pose), *self.bounds)
         zero = np.zeros_like(frame)
-        vectors = self.vectors
-        count = len(vectors)
-        lengths = np.stack([self.distances(vector, zero) for vector in vectors], axis=1)
-        between = np.stack([[self.distances(a, b) for b in vectors] for a in vectors])
-        gram = lengths[:, :, None] + lengths[:, None, :] - np.moveaxis(between, 2, 0)
-        trace = np.trace(gram, axis1=1, axis2=2)
-        gram += (self.about["learned"]["fold_ridge"] * trace / count)[:, None, None] * np.eye(count)
-        of_frame = np.stack([self.distances(frame, vector) for vector in vectors], axis=1)
+        lengths = self.example_lengths
+        of_frame = np.stack([self.distances(frame, vector) for vector in self.vectors], axis=1)
         right = self.distances(frame, zero)[:, None] + lengths - of_frame
-        sound = self.has_folds & (trace > 0)
-        found = np.zeros((len(gram), count))
-        found[sound] = np.linalg.solve(gram[sound], right[sound][..., None])[..., 0]
+        sound = self.has_folds & (self.trace > 0)
+        found = np.zeros(lengths.shape)
+        found[sound] = np.linalg.solve(self.gram[sound], right[sound][..., None])[..., 0]
         # An example counts where it strains the skin; what has no folds is not strained.
         lengths = lengths * self.has_folds[:, None]
         most = np.sort(lengths, axis=0)[int(0.995 * len(lengths))]
