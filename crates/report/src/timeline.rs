@@ -35,7 +35,7 @@ pub(crate) const LOOKS: [Look; 14] = [
     look(Kind::Head, "head", "the head’s motion comes from the face, or is held", 4.0, HEIGHT),
     look(Kind::Lost, "lost", "a gap past the limit; do not trust it", 0.0, HEIGHT),
     look(Kind::NeverSeen, "never", "the marker moves with its neighbours", 0.5, HEIGHT - 0.5),
-    look(Kind::Left, "left", "a gap that --skip gaps left open", 0.0, HEIGHT),
+    look(Kind::Left, "left", "a gap that the setup left open", 0.0, HEIGHT),
     look(Kind::Swap, "swap", "two labels were exchanged; exchanged back", 0.5, 6.0),
     look(Kind::Slide, "slide", "the label left its marker; cut out and filled", 0.0, 6.0),
     look(Kind::Dropped, "dropped", "by hand, then filled", 0.0, 6.0),

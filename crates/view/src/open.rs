@@ -58,7 +58,7 @@ impl Source {
                 #[cfg(not(target_arch = "wasm32"))]
                 (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name),
                 (Self::Bytes(..), ..) => Err(Error::unsupported_format(format!(
-                    "{name}: this page cannot open edits; `rhytid view` can"
+                    "{name}: this page cannot open edits; the window on a computer can"
                 ))),
                 #[cfg(not(target_arch = "wasm32"))]
                 _ => {
