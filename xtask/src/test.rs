@@ -4,6 +4,7 @@ use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
 use crate::{debian, deny, library, package, prose, setup};
 use std::collections::VecDeque;
+use std::num::NonZero;
 use std::process::Command;
 use std::sync::Mutex;
 
@@ -17,7 +18,8 @@ const VALIDATED: &str = "devices";
 /// What starts first, because it takes longest: the pages in a browser, and the tests of the program.
 const FIRST: [&str; 2] = ["browser", "program"];
 
-/// How many programs run at the same time. Some wait for a browser, and most end with one long test.
+/// How many programs run at the same time. Some wait for a browser, and most end with one long test. The
+/// programs share the processors, so that no test waits longer for a processor than in a program alone.
 const LANES: usize = 2;
 
 /// Makes every skipped test a failure. The tests read the variable too, and name the skipped one.
@@ -103,6 +105,8 @@ impl Work<'_> {
             Self::Program(program) => {
                 let mut command = program.command(&[]);
                 with_drivers(&mut command);
+                let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
+                command.env("RUST_TEST_THREADS", (processors / LANES).max(1).to_string());
                 if program.target == VALIDATED {
                     command.env("RHYTID_VULKAN_VALIDATION", "1");
                 }

@@ -2,14 +2,17 @@
 //! only that process.
 
 use rhytid_core::{DeviceErrorKind, Error, Progress, Result};
+use std::collections::BTreeMap;
+use std::fs::DirEntry;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// A child that is silent for this long is hanging. It is several times what a slow driver needs on a busy
-/// machine.
+/// A child that is silent for this long is hanging. It is several times what a slow driver needs. On Linux,
+/// the time in which the child waits for a processor does not count, so that a busy machine is no hanging
+/// driver.
 pub const PATIENCE: Duration = Duration::from_secs(6);
 
 /// The last line of a child. Without it, the child ended early.
@@ -72,14 +75,15 @@ impl Guard {
             .map_err(|error| fault(format!("no process could be started to look at it: {error}")))?;
         let lines = lines(&mut child.0);
         let (mut answer, mut ended) = (String::new(), false);
-        let (mut heard, mut patience) = (Instant::now(), PATIENCE);
+        let process = child.0.id();
+        let (mut silence, mut patience) = (Silence::begin(process), PATIENCE);
         loop {
             if progress.cancelled() {
                 return Err(Error::Cancelled);
             }
             match lines.recv_timeout(Duration::from_millis(20)) {
                 Ok(line) => {
-                    heard = Instant::now();
+                    silence = Silence::begin(process);
                     if line == END {
                         ended = true;
                     } else if let Some(text) = line.strip_prefix(SIGN) {
@@ -89,7 +93,7 @@ impl Guard {
                         answer += "\n";
                     }
                 }
-                Err(RecvTimeoutError::Timeout) if heard.elapsed() > patience => {
+                Err(RecvTimeoutError::Timeout) if silence.is_longer_than(patience) => {
                     let seconds = patience.as_secs();
                     return Err(fault(format!("its driver hangs: it did not answer for {seconds} s")));
                 }
@@ -101,7 +105,7 @@ impl Guard {
             // A driver's fault at the end of its process does not matter.
             return Ok(answer);
         }
-        while heard.elapsed() <= patience {
+        while !silence.is_longer_than(patience) {
             if let Some(status) = child.0.try_wait().map_err(|error| fault(error.to_string()))? {
                 return Err(fault(how(status)));
             }
@@ -134,6 +138,46 @@ impl Heartbeat {
         let told = told.and_then(|()| writeln!(out, "{END}")).and_then(|()| out.flush());
         told.map_err(Error::io(Path::new("standard output")))
     }
+}
+
+/// The time since a child was heard.
+struct Silence {
+    process: u32,
+    since: Instant,
+    /// The time that each of its threads had waited for a processor at the beginning.
+    waited: BTreeMap<String, Duration>,
+}
+
+impl Silence {
+    fn begin(process: u32) -> Self {
+        Self { process, since: Instant::now(), waited: waited(process) }
+    }
+
+    /// Whether it lasts longer than `patience`, less the time in which a thread of the child waited for a
+    /// processor. The thread that waited longest counts.
+    fn is_longer_than(&self, patience: Duration) -> bool {
+        let lasted = self.since.elapsed();
+        if lasted <= patience {
+            return false;
+        }
+        let since = |(thread, now): (String, Duration)| {
+            now.saturating_sub(self.waited.get(&thread).copied().unwrap_or_default())
+        };
+        let starved = waited(self.process).into_iter().map(since).max().unwrap_or_default();
+        lasted.saturating_sub(starved) > patience
+    }
+}
+
+/// The time that each thread of a process has been ready and without a processor. Empty except on Linux.
+fn waited(process: u32) -> BTreeMap<String, Duration> {
+    let threads = std::fs::read_dir(format!("/proc/{process}/task")).into_iter().flatten().flatten();
+    let of_thread = |thread: DirEntry| {
+        // Nanoseconds on a processor, nanoseconds ready, and the number of turns.
+        let times = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
+        let ready = times.split_whitespace().nth(1)?.parse().ok()?;
+        Some((thread.file_name().to_string_lossy().into_owned(), Duration::from_nanos(ready)))
+    };
+    threads.filter_map(of_thread).collect()
 }
 
 /// A child that is killed when the value that waits for it is dropped.
@@ -208,6 +252,26 @@ mod tests {
             Duration::from_secs(1)
         });
         answer.map(|answer| (answer, signs)).map_err(|error| error.to_string())
+    }
+
+    /// Three busy children for each processor: each waits for most of the time.
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn waiting_for_a_processor_is_no_silence() {
+        let processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+        let busy = || Command::new("sh").args(["-c", "while :; do :; done"]).spawn().map(Killed).unwrap();
+        let children: Vec<Killed> = (0..3 * processors).map(|_| busy()).collect();
+        let silences: Vec<Silence> = children.iter().map(|child| Silence::begin(child.0.id())).collect();
+        std::thread::sleep(Duration::from_secs(1));
+        let most = Duration::from_millis(900);
+        assert!(silences.iter().any(|silence| !silence.is_longer_than(most)), "all had a processor");
+        drop(children);
+        // A child that sleeps waits for nothing.
+        let asleep = Command::new("sleep").arg("60").spawn().map(Killed).unwrap();
+        std::thread::sleep(Duration::from_millis(300));
+        let silence = Silence::begin(asleep.0.id());
+        std::thread::sleep(Duration::from_secs(1));
+        assert!(silence.is_longer_than(most / 2));
     }
 
     #[test]

@@ -71,7 +71,7 @@ fn without_a_platform_there_are_no_devices() {
         let start = std::time::Instant::now();
         let devices = OpenCl::devices().unwrap();
         println!("found {} devices", devices.len());
-        assert!(start.elapsed().as_secs() < 2, "it waits for a platform");
+        assert!(start.elapsed().as_secs() < 10, "it waits for a platform");
         return;
     }
     // The two loaders, Khronos' and Debian's, search for drivers in these places.

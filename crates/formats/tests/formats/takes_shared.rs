@@ -21,8 +21,8 @@ fn the_real_markers_and_take_are_read_whole_and_fast() {
     let _ = writeln!(std::io::stderr(), "{} frames read in {taken:.2?}", take.frames());
     assert_eq!((take.frames(), take.labels.len()), (4030, 89));
     assert_eq!(take.labels, handles.labels);
-    // Ten times the usual duration, for a busy machine.
-    assert!(taken < Duration::from_secs(2), "{taken:?}");
+    // Fifty times the usual duration, for a busy machine.
+    assert!(taken < Duration::from_secs(10), "{taken:?}");
 
     // The last row of the file, cell by cell, by other means.
     let text = std::fs::read_to_string(&clean).unwrap();
