@@ -4,7 +4,6 @@ use crate::run::{Result, cargo, root, run, succeeds};
 use crate::steps::Steps;
 use crate::{debian, deny, library, package, prose, setup};
 use std::collections::VecDeque;
-use std::num::NonZero;
 use std::process::Command;
 use std::sync::Mutex;
 
@@ -15,11 +14,14 @@ pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
 /// leaking sessions therefore run in other programs without it.
 const VALIDATED: &str = "devices";
 
-/// What starts first, because it takes longest: the pages in a browser, and the tests of the program.
-const FIRST: [&str; 2] = ["browser", "program"];
+/// The test program that runs with nothing beside it. It starts the whole program some thousand times, and
+/// some of its tests have time limits.
+const ALONE: &str = "program";
 
-/// How many programs run at the same time. Some wait for a browser, and most end with one long test. The
-/// programs share the processors, so that no test waits longer for a processor than in a program alone.
+/// The first of the programs that run beside others, because it takes longest: the pages in a browser.
+const FIRST: &str = "browser";
+
+/// How many of the other programs run at the same time. Some wait, and most end with one long test.
 const LANES: usize = 2;
 
 /// Makes every skipped test a failure. The tests read the variable too, and name the skipped one.
@@ -58,7 +60,11 @@ enum Work<'a> {
 
 /// Runs every test program, the packages and the documentation's examples.
 fn tests(programs: &[Program], runs: &mut Runs) -> Result {
-    let queue = Mutex::new(queue(programs)?);
+    let mut queue = queue(programs)?;
+    if let Some(alone) = queue.pop_front() {
+        alone.run(runs)?;
+    }
+    let queue = Mutex::new(queue);
     let mut outcomes: Vec<_> = std::thread::scope(|scope| {
         let lanes: Vec<_> = (0..LANES).map(|_| scope.spawn(|| lane(&queue))).collect();
         lanes.into_iter().map(|lane| lane.join().expect("a lane does not panic")).collect()
@@ -70,20 +76,17 @@ fn tests(programs: &[Program], runs: &mut Runs) -> Result {
     outcome(runs)
 }
 
-/// All work in the order in which it starts.
+/// All work in the order in which it starts. The first runs alone.
 fn queue(programs: &[Program]) -> Result<VecDeque<Work<'_>>> {
-    for target in [VALIDATED].iter().chain(&FIRST) {
-        if !programs.iter().any(|program| program.target == *target) {
-            return Err(format!("there is no test program named {target}"));
-        }
-    }
-    let (first, others): (Vec<_>, Vec<_>) =
-        programs.iter().partition(|program| FIRST.contains(&program.target.as_str()));
-    let mut queue: VecDeque<Work<'_>> = first.into_iter().map(Work::Program).collect();
-    queue.push_back(Work::Packages);
-    queue.extend(others.into_iter().map(Work::Program));
-    queue.push_back(Work::DocumentationExamples);
-    Ok(queue)
+    let named = |target: &str| {
+        let program = programs.iter().find(|program| program.target == target);
+        program.ok_or_else(|| format!("there is no test program named {target}"))
+    };
+    named(VALIDATED)?;
+    let first = [Work::Program(named(ALONE)?), Work::Program(named(FIRST)?), Work::Packages];
+    let others = programs.iter().filter(|program| ![ALONE, FIRST].contains(&program.target.as_str()));
+    let others = others.map(Work::Program).chain([Work::DocumentationExamples]);
+    Ok(first.into_iter().chain(others).collect())
 }
 
 /// Takes work from the queue until nothing is left. If work cannot be done, nothing more starts.
@@ -105,8 +108,6 @@ impl Work<'_> {
             Self::Program(program) => {
                 let mut command = program.command(&[]);
                 with_drivers(&mut command);
-                let processors = std::thread::available_parallelism().map_or(1, NonZero::get);
-                command.env("RUST_TEST_THREADS", (processors / LANES).max(1).to_string());
                 if program.target == VALIDATED {
                     command.env("RHYTID_VULKAN_VALIDATION", "1");
                 }
