@@ -14,8 +14,8 @@ pub(crate) const WORKSPACE: [&str; 1] = ["--workspace"];
 /// leaking sessions therefore run in other programs without it.
 const VALIDATED: &str = "devices";
 
-/// The test program that runs with nothing beside it. It starts the whole program some thousand times, and
-/// some of its tests have time limits.
+/// The test program that runs first, with nothing beside it. It starts `target/debug/rhytid` some thousand
+/// times, and some of its tests have time limits. The packages later replace that file by a slow one.
 const ALONE: &str = "program";
 
 /// The first of the programs that run beside others, because it takes longest: the pages in a browser.
