@@ -4,7 +4,7 @@ use super::Args;
 use clap::CommandFactory;
 use clap::builder::{Resettable, StyledStr};
 
-/// The groups of commands, each with its first command. The order of the commands is that of [`super::Command`].
+/// The groups of commands, each with its first command. The commands have the order of [`super::Command`].
 const GROUPS: [(&str, &str); 6] = [
     ("Look first", "demo"),
     ("Make a face and its animation", "solve"),
