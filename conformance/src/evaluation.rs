@@ -79,7 +79,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         normals::normals(params, positions, &rig.surface().triangles, &vertex_triangles, vertex_normals);
     };
     normals_of(&results.large_scale, &mut results.large_scale_normals);
-    if !rig.vector_folds() {
+    if !rig.vector_wrinkles() {
         let (rbf_weights, pivots) = pivoted_weights(rig);
         detail::detail(
             detail_params(rig, frames),
@@ -95,7 +95,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         );
     }
     fine_scale::fine_scale(
-        fine_scale::Params::whole(frames, vertices, rig.vector_folds()),
+        fine_scale::Params::whole(frames, vertices, rig.vector_wrinkles()),
         &results.large_scale,
         &results.large_scale_normals,
         &results.detail,
@@ -123,7 +123,7 @@ pub fn detail_params<T: Real>(rig: &Rig<T>, frames: usize) -> detail::Params {
     detail::Params { zero_at_rest: u32::from(rig.learned().is_some()), ..whole }
 }
 
-/// Adds both bands of a rig that has them: the linear band, and the folds of vector strains.
+/// Adds both bands of a rig that has them: the linear band, and the wrinkles of vector strains.
 fn add_bands<T: Real>(
     rig: &Rig<T>,
     handle_positions: &[[T; 3]],
@@ -161,7 +161,7 @@ fn add_bands<T: Real>(
     );
     let example_weights = rig.half_example_weights();
     bands::bands(
-        bands::Params::whole(frames, rig.vertices(), features, centers, rig.vector_folds()),
+        bands::Params::whole(frames, rig.vertices(), features, centers, rig.vector_wrinkles()),
         (&table, rig.handles().strain_edges.len() as u32),
         &bands::Buffers {
             influences: rig.influences().per_vertex(),
@@ -170,7 +170,7 @@ fn add_bands<T: Real>(
             anchors_per_vertex: learned.anchors_per_vertex(),
             anchors: HandleId::numbers(learned.anchors.as_slice()),
             anchor_weights: learned.anchor_weights.as_slice(),
-            fold_weights: rig.fold_weights(&example_weights).as_slice(),
+            wrinkle_weights: rig.wrinkle_weights(&example_weights).as_slice(),
             example_weights: example_weights.as_slice(),
         },
         offsets,

@@ -1,8 +1,8 @@
 //! Rigs made of random numbers from fixed seeds, each with something that is hard for a kernel.
 use crate::{Built, Numbers};
 use rhytid_core::{
-    Examples, Faces, FineScale, FoldStrains, HandleId, HandleSet, Influences, Learned, Rig, RigParts,
-    StrainEdgeId, Table, UpAxis, VertexId,
+    Examples, Faces, FineScale, HandleId, HandleSet, Influences, Learned, Rig, RigParts, StrainEdgeId, Table,
+    UpAxis, VertexId, WrinkleStrains,
 };
 
 /// Sizes of a rig, and of a batch.
@@ -219,16 +219,20 @@ impl Recipe {
         let anchors = (0..vertices).flat_map(|_| numbers.some_below(handles, a)).map(HandleId).collect();
         let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
         let anchor_weights = (0..vertices * a).map(&mut weights).collect();
-        // One rig has only folds beyond its basis.
+        // One rig has only wrinkles beyond its basis.
         let share = if examples == 3 { 0.0 } else { 0.2 };
         let columns = if share > 0.0 { examples } else { 0 };
         let example_weights = (0..vertices * columns).map(|_| unit(vector(numbers, 2.0))).collect();
         parts.learned = Some(Learned {
             share,
             ridge: 1e-2,
-            fold_ridge: 1e-3,
+            wrinkle_ridge: 1e-3,
             marker_noise: 0.0,
-            fold_strains: if examples % 3 == 0 { FoldStrains::Vectors } else { FoldStrains::Lengths },
+            wrinkle_strains: if examples % 3 == 0 {
+                WrinkleStrains::Vectors
+            } else {
+                WrinkleStrains::Lengths
+            },
             // Some frames go farther than the examples. In the other rigs the reach is infinite.
             reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
             anchors: Table::new(vertices, a, anchors),

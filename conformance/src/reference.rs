@@ -155,7 +155,7 @@ fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     let distances = Distances::new(rig, &found.handle_positions)?;
     let examples = rig.examples().names.len();
     let half = rig.half_example_weights();
-    let constants = rig.fold_weights(&half);
+    let constants = rig.wrinkle_weights(&half);
     let roundings = gamma(tolerance::bands(examples));
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
@@ -177,8 +177,8 @@ fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     }))
 }
 
-/// The folds of vector strains.
-fn vector_folds(found: &Found, distances: &Distances<'_>) -> Vec<[Expected; 3]> {
+/// The wrinkles of vector strains.
+fn vector_wrinkles(found: &Found, distances: &Distances<'_>) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
     let centers = rig.centers();
     let roundings = gamma(tolerance::bands(centers - 1));
@@ -267,10 +267,10 @@ pub fn vertex_normal(triangles: impl ExactSizeIterator<Item = [[f64; 3]; 3]>) ->
 
 fn details(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
-    if rig.vector_folds()
+    if rig.vector_wrinkles()
         && let Some(distances) = Distances::new(rig, &found.handle_positions)
     {
-        return vector_folds(found, &distances);
+        return vector_wrinkles(found, &distances);
     }
     let (edges, k, n) = (rig.handles().strain_edges.len(), rig.influences().per_vertex(), rig.centers());
     let features = found.stage(Stage::Strain).iter().map(|&f| f64::from(f)).collect();
@@ -325,7 +325,7 @@ fn positions(
     of_vertices(large_scale.len() / vertices, vertices, |frame, v| {
         let first = frame * vertices;
         let (smooth, n, d) = (large_scale[first + v], large_scale_normals[first + v], detail[first + v]);
-        if rig.vector_folds() {
+        if rig.vector_wrinkles() {
             return std::array::from_fn(|c| {
                 let value = smooth[c] + d[c];
                 Expected { value, bound: tolerance::POSITION * EPSILON * value.abs() + TINY }

@@ -126,7 +126,7 @@ def set_up(samples):
     background = scene.world.node_tree.nodes["Background"]
     background.inputs[0].default_value = (0.10, 0.115, 0.135, 1)
     background.inputs[1].default_value = 0.62
-    # The key light grazes, so that folds cast shade; fill from the other side, rim from behind.
+    # The key light grazes, so that wrinkles cast shade; fill from the other side, rim from behind.
     light((-27, 27, 25), 15000, 7, (1, 0.95, 0.88))
     light((38, 2, 28), 4200, 30, (0.82, 0.9, 1))
     light((22, 14, -26), 5200, 12, (1, 1, 1))

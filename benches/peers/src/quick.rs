@@ -32,7 +32,7 @@ struct Ratios {
 /// [`Error::Input`] if nothing comparable is stored, or a ratio is lower than allowed.
 pub(crate) fn run(report: &Report, store: bool) -> Result<()> {
     let path = Path::new(STORED);
-    let found = Ratios::of(report)?;
+    let found = Ratios::new(report)?;
     if store {
         found.write(path)?;
         println!("\nstored in {STORED}");
@@ -47,7 +47,7 @@ pub(crate) fn run(report: &Report, store: bool) -> Result<()> {
 }
 
 impl Ratios {
-    fn of(report: &Report) -> Result<Self> {
+    fn new(report: &Report) -> Result<Self> {
         let [Row { name, detail, frame, batch, .. }] = report.peers.as_slice() else {
             return Err(Error::Internal("the quick comparison is with one peer".into()));
         };

@@ -62,7 +62,7 @@ fn kernel_of(found: &Found, stage: Stage) -> Vec<f64> {
         }
         Stage::LargeScaleNormals => normals_of(Stage::LargeScale),
         Stage::Normals => normals_of(Stage::Positions),
-        Stage::Detail if rig.vector_folds() => {
+        Stage::Detail if rig.vector_wrinkles() => {
             return evaluate(rig, &found.handle_positions).stage(stage).to_vec();
         }
         Stage::Detail => {
@@ -79,7 +79,7 @@ fn kernel_of(found: &Found, stage: Stage) -> Vec<f64> {
             detail::detail(params, &table, &buffers, &mut out);
         }
         Stage::Positions => fine_scale::fine_scale(
-            fine_scale::Params::whole(frames, vertices, rig.vector_folds()),
+            fine_scale::Params::whole(frames, vertices, rig.vector_wrinkles()),
             &vectors(Stage::LargeScale),
             &vectors(Stage::LargeScaleNormals),
             &vectors(Stage::Detail),

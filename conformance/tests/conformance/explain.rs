@@ -1,12 +1,12 @@
 //! An explanation of a vertex is complete: its parts add up to what the reference evaluates.
 
 use rhytid_conformance::evaluate;
-use rhytid_core::{Face, FoldStrains, HandleId, HandleShare, LearnedSettings, Method, NoProgress, Rig};
+use rhytid_core::{Face, HandleId, HandleShare, LearnedSettings, Method, NoProgress, Rig, WrinkleStrains};
 
-/// The demo's rig by each method with another function for its folds.
+/// The demo's rig by each method with another function for its wrinkles.
 fn rigs() -> (Face, Vec<(&'static str, Rig)>) {
     let face = rhytid_demo::face(1_500);
-    let lengths = LearnedSettings { fold_strains: FoldStrains::Lengths, ..LearnedSettings::default() };
+    let lengths = LearnedSettings { wrinkle_strains: WrinkleStrains::Lengths, ..LearnedSettings::default() };
     let methods =
         [("vectors", Method::default()), ("lengths", Method::Learned(lengths)), ("chapter", Method::Chapter)];
     let solve = |(name, method)| {
@@ -36,13 +36,13 @@ fn the_examples_parts_are_the_detail() {
             let widened: Vec<[f64; 3]> = handles.iter().map(|p| p.map(f64::from)).collect();
             let detail = evaluate(&wide_rig, &widened).detail;
             for v in (0..rig.vertices()).step_by(7) {
-                let fold = rig.explain(v, handles).unwrap().fold();
-                let off = size([0, 1, 2].map(|c| fold[c] - detail[v][c]));
-                assert!(off < 1e-5, "{name}, vertex {v}: {fold:?} instead of {:?}", detail[v]);
+                let wrinkle = rig.explain(v, handles).unwrap().wrinkle();
+                let off = size([0, 1, 2].map(|c| wrinkle[c] - detail[v][c]));
+                assert!(off < 1e-5, "{name}, vertex {v}: {wrinkle:?} instead of {:?}", detail[v]);
                 largest = largest.max(size(detail[v]));
             }
         }
-        assert!(largest > 0.02, "{name}: there are no folds here, {largest}");
+        assert!(largest > 0.02, "{name}: there are no wrinkles here, {largest}");
     }
 }
 
@@ -59,9 +59,9 @@ fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
             rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
         let explanation = rig.explain(v, &rest).unwrap();
         // The chapter's weights cancel there, up to their ridge.
-        let fold = size(explanation.fold());
+        let wrinkle = size(explanation.wrinkle());
         let most = if name == "chapter" { 1e-3 } else { 1e-6 };
-        assert!(explanation.from_rest < 1e-6 && fold < most, "{name}: {fold}, {explanation:?}");
+        assert!(explanation.from_rest < 1e-6 && wrinkle < most, "{name}: {wrinkle}, {explanation:?}");
         assert!(explanation.edges.iter().all(|edge| edge.strain.abs() < 1e-6));
         assert!(explanation.edges.windows(2).all(|pair| pair[0].weight >= pair[1].weight));
         // A handle follows itself alone.

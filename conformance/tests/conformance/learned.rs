@@ -5,8 +5,8 @@ use crate::support::real;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
 use rhytid_core::{
-    Animator, Backend, Face, FoldStrains, LearnedSettings, Method, NoProgress, Rig, Settings, Stage,
-    UploadOptions,
+    Animator, Backend, Face, LearnedSettings, Method, NoProgress, Rig, Settings, Stage, UploadOptions,
+    WrinkleStrains,
 };
 use rhytid_kernels::vec3;
 use rhytid_solve::{Solved, solve, solve_in_full};
@@ -92,7 +92,7 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
     assert!(rms <= 0.185 && worst < 4.5, "{rms} mm, worst {worst} mm");
     let as_documented = LearnedSettings {
         reach: f64::INFINITY,
-        fold_strains: FoldStrains::Lengths,
+        wrinkle_strains: WrinkleStrains::Lengths,
         ..LearnedSettings::default()
     };
     let settings = Settings { method: Method::Learned(as_documented), ..Settings::default() };

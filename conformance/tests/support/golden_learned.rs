@@ -1,8 +1,8 @@
 //! The golden cases of the learned method: float64 values by an independent implementation.
 use rhytid_conformance::worst_difference;
 use rhytid_core::{
-    Device, Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig,
-    Settings, Stage, StrainEdges, UpAxis, UploadOptions,
+    Device, Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, NoProgress, Rig, Settings, Stage,
+    StrainEdges, UpAxis, UploadOptions, WrinkleStrains,
 };
 use rhytid_core::{HandleId, VertexId};
 use rhytid_solve::solve;
@@ -41,10 +41,10 @@ pub(crate) fn face(case: &Value) -> Face {
         ridge: case["ridge"].as_f64(),
         // The vectors have mesh units, which are centimetres here.
         marker_noise: 10.0 * case["marker_noise"].as_f64().unwrap(),
-        fold_ridge: case["fold_ridge"].as_f64().unwrap(),
-        // The cases continue linearly for any distance of a frame from their poses, and turn their folds.
+        wrinkle_ridge: case["fold_ridge"].as_f64().unwrap(),
+        // The cases continue linearly for any distance of a frame from their poses, and turn their wrinkles.
         reach: f64::INFINITY,
-        fold_strains: FoldStrains::Lengths,
+        wrinkle_strains: WrinkleStrains::Lengths,
     });
     Face {
         name: "golden".into(),

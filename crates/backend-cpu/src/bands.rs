@@ -1,5 +1,5 @@
 //! The fine detail that was learned from the examples. The squared distances of a frame's vector strains from
-//! those of the centres make the linear band, and the distances make the folds.
+//! those of the centres make the linear band, and the distances make the wrinkles.
 use crate::lanes::{Lanes, load3, splat3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
@@ -9,7 +9,7 @@ use half::f16;
 use half::slice::HalfFloatSliceExt;
 use pulp::Simd;
 use rhytid_core::{BasisStorage, Rig, Stage};
-use rhytid_kernels::bands::{EDGES_SHARE, fold_weights};
+use rhytid_kernels::bands::{EDGES_SHARE, wrinkle_weights};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{Number, vec3, vector_differences};
 
@@ -31,9 +31,9 @@ pub(crate) struct Bands {
     anchors: TileWeights,
     /// c / 2, tiled, `[V/16][P][3][16]`.
     example_weights: ExampleWeights,
-    /// a and, where there are folds of vector strains, b and w, tiled, `[V/16][vectors][3][16]`.
-    fold_weights: Vec<Line3>,
-    folds: bool,
+    /// a and, where there are wrinkles of vector strains, b and w, tiled, `[V/16][vectors][3][16]`.
+    wrinkle_weights: Vec<Line3>,
+    wrinkles: bool,
 }
 
 #[derive(Debug)]
@@ -55,7 +55,7 @@ impl Bands {
     /// `None` where the rig has no bands.
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Option<Self> {
         let learned = rig.bands()?;
-        let (centers, folds) = (rig.centers(), rig.vector_folds());
+        let (centers, wrinkles) = (rig.centers(), rig.vector_wrinkles());
         let mut half = rig.half_example_weights();
         if storage == BasisStorage::F16 {
             half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
@@ -73,7 +73,10 @@ impl Bands {
                 learned.anchors.map(|h| rig.handles().strain_edges.len() as u32 + h.0).as_slice(),
                 learned.anchor_weights.as_slice(),
             ),
-            fold_weights: tiled3(rig.fold_weights(&half).as_slice(), fold_weights(centers, folds)),
+            wrinkle_weights: tiled3(
+                rig.wrinkle_weights(&half).as_slice(),
+                wrinkle_weights(centers, wrinkles),
+            ),
             example_weights: match storage {
                 BasisStorage::F32 => ExampleWeights::F32(example_weights),
                 BasisStorage::F16 => {
@@ -81,7 +84,7 @@ impl Bands {
                     ExampleWeights::F16(halves.collect())
                 }
             },
-            folds,
+            wrinkles,
         })
     }
 
@@ -147,11 +150,11 @@ impl Bands {
                 scratch
             }
         };
-        [example_weights, &self.fold_weights[of_tile(fold_weights(self.centers, self.folds))]]
+        [example_weights, &self.wrinkle_weights[of_tile(wrinkle_weights(self.centers, self.wrinkles))]]
     }
 
     /// Changes the basis' result for the vertices of a tile in one frame to `stage`. A tile may have fewer
-    /// vertices than 16. The stage is the large scale or, where the folds are functions of vector strains,
+    /// vertices than 16. The stage is the large scale or, where the wrinkles are functions of vector strains,
     /// the detail or the positions.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
@@ -219,20 +222,20 @@ impl Bands {
         simd: S,
         register: usize,
         squares: &[Line],
-        [example_weight, fold_weight]: [W; 2],
+        [example_weight, wrinkle_weight]: [W; 2],
     ) -> [[Lanes<S>; 3]; 2] {
         let at_rest = Lanes::load(simd, &squares[0].0, register);
         let root = at_rest.sqrt();
-        let mut offset = fold_weight(0);
-        let mut detail = if self.folds { fold_weight(1) } else { [Lanes::splat(simd, 0.0); 3] };
+        let mut offset = wrinkle_weight(0);
+        let mut detail = if self.wrinkles { wrinkle_weight(1) } else { [Lanes::splat(simd, 0.0); 3] };
         for (p, squared) in squares[1..].iter().enumerate() {
             let squared = Lanes::load(simd, &squared.0, register);
             let (along, c) = (at_rest - squared, example_weight(p));
             for axis in 0..3 {
                 offset[axis] = c[axis].mul_add(along, offset[axis]);
             }
-            if self.folds {
-                let (farther, w) = (squared.sqrt() - root, fold_weight(p + 2));
+            if self.wrinkles {
+                let (farther, w) = (squared.sqrt() - root, wrinkle_weight(p + 2));
                 for axis in 0..3 {
                     detail[axis] = w[axis].mul_add(farther, detail[axis]);
                 }

@@ -31,9 +31,9 @@ pub(crate) struct Detail {
 }
 
 impl Detail {
-    /// `None` where the folds are functions of vector strains.
+    /// `None` where the wrinkles are functions of vector strains.
     pub(crate) fn new(rig: &Rig) -> Option<Self> {
-        if rig.vector_folds() {
+        if rig.vector_wrinkles() {
             return None;
         }
         let (vertices, centers) = (rig.vertices(), rig.centers());

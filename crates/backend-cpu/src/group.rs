@@ -127,7 +127,7 @@ impl Group {
     }
 }
 
-/// The large scale, V. Where the folds are functions of vector strains, also the detail or the positions,
+/// The large scale, V. Where the wrinkles are functions of vector strains, also the detail or the positions,
 /// which then need no neighbours.
 fn large_scale(
     rig: &UploadedRig,

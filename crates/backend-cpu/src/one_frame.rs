@@ -115,8 +115,8 @@ impl OneFrame {
     }
 }
 
-/// The large scale. Where the folds are functions of vector strains, also the detail or the positions, which
-/// then need no neighbours.
+/// The large scale. Where the wrinkles are functions of vector strains, also the detail or the positions,
+/// which then need no neighbours.
 fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[f32; 3]], times: &Times) {
     let start = Instant::now();
     let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(inputs.displacements)));

@@ -35,7 +35,7 @@ pub(crate) struct UploadedRig {
     pub influences: TileWeights,
     /// `None` where nothing was learned beyond the basis.
     pub bands: Option<Bands>,
-    /// `None` where the bands have the folds.
+    /// `None` where the bands have the wrinkles.
     pub detail: Option<Detail>,
     /// Vertices of a block.
     pub block: usize,

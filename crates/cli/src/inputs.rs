@@ -1,12 +1,13 @@
 //! Inputs of several commands: a device, and a take with its setup.
 
-use crate::args::{Setup, TakeReading, UnitChoice};
+use crate::args::{FineDetail, Setup, TakeReading, UnitChoice};
 use crate::guard::guard;
 use crate::progress::Ui;
 use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
 use rhytid::core::{DeviceInfo, human};
 use rhytid::devices::{choose_devices, find_device};
 use rhytid::formats::edits;
+use rhytid::formats::export::Gains;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, EditedTake, Layers};
@@ -80,6 +81,19 @@ pub(crate) fn rig_and_take(rig: &Path, take: &Path, usage: &str) -> Result<()> {
 /// As [`expect`].
 pub(crate) fn project(path: &Path, usage: &str) -> Result<()> {
     expect(path, &[FileKind::Project], usage)
+}
+
+/// The gains by region: those of the command line, and those of TAKE.toml for other regions.
+///
+/// # Errors
+/// The setup's.
+pub(crate) fn gains(fine_detail: &FineDetail, reading: &TakeReading) -> Result<Gains> {
+    let setup = setup(reading.setup.as_deref(), reading.elsewhere.reach())?;
+    let is_given = |region: &String| fine_detail.gains.iter().any(|(other, _)| other == region);
+    let others = setup.detail.into_iter().filter(|(region, _)| !is_given(region));
+    let mut gains: Vec<(String, f64)> = fine_detail.gains.iter().cloned().chain(others).collect();
+    gains.sort_by(|a, b| a.0.cmp(&b.0));
+    Ok(Gains(gains))
 }
 
 /// The take in a file, with all of the rig's handles in every frame. A setup applies to raw takes, which are

@@ -19,7 +19,7 @@ listed! {
         /// them, they are computed when they are read: see
         /// [`Plan::is_on_demand`](crate::plan::Plan::is_on_demand).
         LargeScaleNormals,
-        /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_folds`]): frames × V × 3, mesh
+        /// d in the tangent frames, or along the mesh's axes ([`Rig::vector_wrinkles`]): frames × V × 3, mesh
         /// units.
         Detail,
         /// x: frames × V × 3, mesh units.

@@ -197,7 +197,7 @@ listed! {
         Sigma,
         /// [`STRAIN`], [`STRAIN_DIRECTION_1`] and [`STRAIN_DIRECTION_2`].
         Strain,
-        /// How far the folds of each example, or group of examples, are switched on: a channel for each.
+        /// How far the wrinkles of each example, or group of examples, are switched on: a channel for each.
         Wrinkles,
     }
 }

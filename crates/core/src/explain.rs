@@ -1,4 +1,4 @@
-//! Why a vertex is where it is in a frame: its influences, and the examples that its folds come from.
+//! Why a vertex is where it is in a frame: its influences, and the examples that its wrinkles come from.
 
 use crate::{Error, HandleId, Result, Rig, StrainEdgeId};
 use rhytid_kernels::vec3;
@@ -16,9 +16,9 @@ pub struct Explanation {
     pub anchors: Vec<HandleShare>,
     /// How far the frame is from the rest pose, as the vertex sees it: a ratio, as a strain is.
     pub from_rest: f64,
-    /// The rest pose's part of the folds, as [`ExampleShare::fold`]. It is 0 except with the chapter's
+    /// The rest pose's part of the wrinkles, as [`ExampleShare::wrinkle`]. It is 0 except with the chapter's
     /// method.
-    pub fold_of_rest: [f64; 3],
+    pub wrinkle_of_rest: [f64; 3],
     /// All examples, in the rig's order.
     pub examples: Vec<ExampleShare>,
 }
@@ -48,16 +48,16 @@ pub struct EdgeShare {
 pub struct ExampleShare {
     /// How far the frame is from the example, as the vertex sees it: a ratio, 0 where it is the example.
     pub distance: f64,
-    /// This example's part of the folds, in mesh units. It is along the mesh's axes, or in the tangent frame
-    /// t, b, n where folds are functions of strain lengths ([`Rig::vector_folds`] says which). The sum over
-    /// all examples and [`Explanation::fold_of_rest`] is the vertex's detail.
-    pub fold: [f64; 3],
+    /// This example's part of the wrinkles, in mesh units. It is along the mesh's axes, or in the tangent
+    /// frame t, b, n where wrinkles are functions of strain lengths ([`Rig::vector_wrinkles`] says which).
+    /// The sum over all examples and [`Explanation::wrinkle_of_rest`] is the vertex's detail.
+    pub wrinkle: [f64; 3],
 }
 
 impl Explanation {
     /// The sum of all parts: the vertex's detail.
-    pub fn fold(&self) -> [f64; 3] {
-        self.examples.iter().fold(self.fold_of_rest, |sum, example| vec3::add(sum, example.fold))
+    pub fn wrinkle(&self) -> [f64; 3] {
+        self.examples.iter().fold(self.wrinkle_of_rest, |sum, example| vec3::add(sum, example.wrinkle))
     }
 }
 
@@ -89,23 +89,23 @@ impl Rig {
         let anchors = self.learned().into_iter().flat_map(|learned| learned.anchors_of(vertex)).map(share);
         let basis = self.basis().row(vertex).iter().enumerate();
         let basis = basis.map(|(h, b)| share((HandleId::from_index(h), *b)));
-        let (from_rest, examples) = match self.vector_folds() {
+        let (from_rest, examples) = match self.vector_wrinkles() {
             true => self.shares_of_vectors(vertex, handle_positions),
             false => self.shares_of_lengths(vertex, &strains),
         };
         let of_rest = self.fine_scale().rbf_weights.row(vertex).first().filter(|_| self.learned().is_none());
-        let fold_of_rest = of_rest.map_or([0.0; 3], |w| w.map(|w| f64::from(w) * from_rest));
+        let wrinkle_of_rest = of_rest.map_or([0.0; 3], |w| w.map(|w| f64::from(w) * from_rest));
         Ok(Explanation {
             handles: the_most_first(basis),
             edges,
             anchors: the_most_first(anchors),
             from_rest,
-            fold_of_rest,
+            wrinkle_of_rest,
             examples,
         })
     }
 
-    /// Folds of vector strains: `Σ_p w_p (d_p − d_0 − ‖p‖)`, with the distances that the kernels
+    /// Wrinkles of vector strains: `Σ_p w_p (d_p − d_0 − ‖p‖)`, with the distances that the kernels
     /// `vector_differences` and `bands` make.
     fn shares_of_vectors(&self, vertex: usize, handles: &[[f32; 3]]) -> (f64, Vec<ExampleShare>) {
         let features = self.handles().features();
@@ -125,17 +125,17 @@ impl Rig {
             self.influences_of(vertex).map(|(e, weight)| weight * square(e)).sum::<f64>().max(0.0).sqrt()
         };
         let from_rest = apart(&frame, &rest);
-        let examples = self.examples().handles.rows().zip(self.fold_row(vertex));
+        let examples = self.examples().handles.rows().zip(self.wrinkle_row(vertex));
         let share = |(example, weight): (&[[f32; 3]], [f64; 3])| {
             let example = self.handles().vector_strains(example);
             let distance = apart(&frame, &example);
-            let fold = weight.map(|w| w * (distance - from_rest - apart(&example, &rest)));
-            ExampleShare { distance, fold }
+            let wrinkle = weight.map(|w| w * (distance - from_rest - apart(&example, &rest)));
+            ExampleShare { distance, wrinkle }
         };
         (from_rest, examples.map(share).collect())
     }
 
-    /// Folds of strain lengths: the same sum or, with the chapter's method, `Σ_j w_j d_j`.
+    /// Wrinkles of strain lengths: the same sum or, with the chapter's method, `Σ_j w_j d_j`.
     fn shares_of_lengths(&self, vertex: usize, strains: &[f32]) -> (f64, Vec<ExampleShare>) {
         let apart = |a: &[f32], b: &[f32]| {
             let square = |(e, alpha): (StrainEdgeId, f32)| {
@@ -151,13 +151,13 @@ impl Rig {
         let share = |(center, weight): (&[f32], [f64; 3])| {
             let distance = apart(strains, center);
             let beyond_rest = if is_learned { distance - from_rest - apart(center, rest) } else { distance };
-            ExampleShare { distance, fold: weight.map(|w| w * beyond_rest) }
+            ExampleShare { distance, wrinkle: weight.map(|w| w * beyond_rest) }
         };
-        (from_rest, centers.zip(self.fold_row(vertex)).map(share).collect())
+        (from_rest, centers.zip(self.wrinkle_row(vertex)).map(share).collect())
     }
 
-    /// The weights of a vertex's folds for each example.
-    fn fold_row(&self, vertex: usize) -> impl Iterator<Item = [f64; 3]> {
+    /// The weights of a vertex's wrinkles for each example.
+    fn wrinkle_row(&self, vertex: usize) -> impl Iterator<Item = [f64; 3]> {
         self.fine_scale().rbf_weights.row(vertex).iter().skip(1).map(|w| w.map(f64::from))
     }
 }

@@ -57,15 +57,15 @@ pub struct Pins {
     pub vertices: Vec<VertexId>,
 }
 
-/// The strains that folds are functions of.
+/// The strains that wrinkles are functions of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
-pub enum FoldStrains {
+pub enum WrinkleStrains {
     /// Vector strains, as in the linear band. They tell more expressions apart, and one table serves both
-    /// bands. Folds are along the mesh's axes.
+    /// bands. Wrinkles are along the mesh's axes.
     #[default]
     Vectors,
-    /// The lengths of the strain edges, as in the chapter. Folds are in the chapter's tangent frames.
+    /// The lengths of the strain edges, as in the chapter. Wrinkles are in the chapter's tangent frames.
     Lengths,
 }
 
@@ -73,8 +73,8 @@ pub enum FoldStrains {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Method {
     /// The residual between the shell and the examples is learned in two bands. The linear band is a linear
-    /// function of how nearby handles move relative to each other. The folds are a function of how far that
-    /// motion is from each example.
+    /// function of how nearby handles move relative to each other. The wrinkles are a function of how far
+    /// that motion is from each example.
     Learned(LearnedSettings),
     /// GPU Computing Gems Emerald, ch. 27: the whole residual is a function of the strains.
     Chapter,
@@ -95,15 +95,15 @@ pub struct LearnedSettings {
     /// λ, above 0: the ridge of the linear band, relative to the size of the examples' data. A larger λ
     /// follows the examples less. `None` as for `share`.
     pub ridge: Option<f64>,
-    /// μ, above 0: the ridge of the folds.
-    pub fold_ridge: f64,
+    /// μ, above 0: the ridge of the wrinkles.
+    pub wrinkle_ridge: f64,
     /// The standard deviation of a marker's noise per axis, 0 or more, in millimetres.
     pub marker_noise: f64,
     /// How far the linear band follows a vector strain, 1 or more: a multiple of the largest value in the
     /// examples. Each component has its own bound on each side. Infinite: no bound.
     pub reach: f64,
-    /// The strains that folds are functions of.
-    pub fold_strains: FoldStrains,
+    /// The strains that wrinkles are functions of.
+    pub wrinkle_strains: WrinkleStrains,
 }
 
 impl Default for LearnedSettings {
@@ -111,10 +111,10 @@ impl Default for LearnedSettings {
         Self {
             share: None,
             ridge: None,
-            fold_ridge: 1e-3,
+            wrinkle_ridge: 1e-3,
             marker_noise: 0.05,
             reach: 1.0,
-            fold_strains: FoldStrains::Vectors,
+            wrinkle_strains: WrinkleStrains::Vectors,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a rig of the learned method has in addition to a rig of the chapter's method.
 use crate::rig::number;
 use crate::rig_check::finite;
-use crate::{FoldStrains, HandleId, Result, Rig, Table};
+use crate::{HandleId, Result, Rig, Table, WrinkleStrains};
 use rayon::prelude::*;
 use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_kernels::{Real, vec3};
@@ -19,15 +19,15 @@ pub struct Learned<T: Real = f32> {
     pub share: f64,
     /// λ, above 0: the ridge of the linear band.
     pub ridge: f64,
-    /// μ, above 0: the ridge of the folds.
-    pub fold_ridge: f64,
+    /// μ, above 0: the ridge of the wrinkles.
+    pub wrinkle_ridge: f64,
     /// σ_m: the standard deviation of a marker's noise per axis, in mesh units.
     pub marker_noise: f64,
     /// How far the components of a vector strain are followed, 1 or more: a multiple of the largest value in
     /// the examples. Infinite where there is no bound.
     pub reach: f64,
-    /// The strains that the folds are functions of.
-    pub fold_strains: FoldStrains,
+    /// The strains that the wrinkles are functions of.
+    pub wrinkle_strains: WrinkleStrains,
     /// V×A handles, ascending where they have a weight.
     pub anchors: Table<HandleId>,
     /// ν, V×A in 0..1: their sum is 0.1, or 1 where a vertex reaches no strain edge.
@@ -57,10 +57,10 @@ impl<T: Real> Learned<T> {
         Learned {
             share: self.share,
             ridge: self.ridge,
-            fold_ridge: self.fold_ridge,
+            wrinkle_ridge: self.wrinkle_ridge,
             marker_noise: self.marker_noise,
             reach: self.reach,
-            fold_strains: self.fold_strains,
+            wrinkle_strains: self.wrinkle_strains,
             anchors: self.anchors.clone(),
             anchor_weights: self.anchor_weights.map(|x| number(*x)),
             feature_gains: self.feature_gains.map(|x| number(*x)),
@@ -95,16 +95,16 @@ impl<T: Real> Rig<T> {
         Table::new(self.examples().len(), self.handles().features(), vectors.collect())
     }
 
-    /// Whether the folds are functions of vector strains, along the mesh's axes. Otherwise they are functions
-    /// of strain lengths, in tangent frames.
-    pub fn vector_folds(&self) -> bool {
-        let of_vectors = |learned: &Learned<T>| learned.fold_strains == FoldStrains::Vectors;
+    /// Whether the wrinkles are functions of vector strains, along the mesh's axes. Otherwise they are
+    /// functions of strain lengths, in tangent frames.
+    pub fn vector_wrinkles(&self) -> bool {
+        let of_vectors = |learned: &Learned<T>| learned.wrinkle_strains == WrinkleStrains::Vectors;
         !self.examples().is_empty() && self.learned().is_some_and(of_vectors)
     }
 
-    /// What was learned in addition to the basis, if anything: a linear band, or folds of vector strains.
+    /// What was learned in addition to the basis, if anything: a linear band, or wrinkles of vector strains.
     pub fn bands(&self) -> Option<&Learned<T>> {
-        let has_bands = |learned: &&Learned<T>| !learned.example_weights.is_empty() || self.vector_folds();
+        let has_bands = |learned: &&Learned<T>| !learned.example_weights.is_empty() || self.vector_wrinkles();
         self.learned().filter(has_bands)
     }
 
@@ -118,10 +118,10 @@ impl<T: Real> Rig<T> {
         learned.example_weights.map(|c| c.map(|c| T::round_from(0.5 * c.widen())))
     }
 
-    /// a, b and w as devices keep them, V×[`fold_weights`](rhytid_kernels::bands::fold_weights) in mesh
+    /// a, b and w as devices keep them, V×[`wrinkle_weights`](rhytid_kernels::bands::wrinkle_weights) in mesh
     /// units. `half` is c / 2 as it is stored. In fp16, a is computed from the rounded `half`, so the rest
     /// pose stays exact. The table has no columns where the rig has no [`Rig::bands`].
-    pub fn fold_weights(&self, half: &Table<[T; 3]>) -> Table<[T; 3]> {
+    pub fn wrinkle_weights(&self, half: &Table<[T; 3]>) -> Table<[T; 3]> {
         if self.bands().is_none() {
             return Table::without_columns(self.vertices());
         }
@@ -137,7 +137,7 @@ impl<T: Real> Rig<T> {
             constant.map(T::round_from)
         };
         let constants: Vec<[T; 3]> = (0..self.vertices()).into_par_iter().map(of_vertex).collect();
-        if !self.vector_folds() {
+        if !self.vector_wrinkles() {
             return Table::new(self.vertices(), 1, constants);
         }
         let rows = constants.iter().zip(self.fine_scale().rbf_weights.rows());
@@ -208,13 +208,13 @@ impl<T: Real> Rig<T> {
             .collect()
     }
 
-    /// Multiplies the folds of each vertex by `factor`, a ratio. Folds are the difference between the full
-    /// result and the large scale; they are linear in their weights. With 0 no folds are left; with 1 every
-    /// bit stays. The cost of a frame does not change.
+    /// Multiplies the wrinkles of each vertex by `factor`, a ratio. Wrinkles are the difference between the
+    /// full result and the large scale; they are linear in their weights. With 0 no wrinkles are left; with 1
+    /// every bit stays. The cost of a frame does not change.
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if a weight becomes too large for the rig's precision.
-    pub fn scale_folds(self, factor: impl Fn(usize) -> f64) -> Result<Self> {
+    pub fn scale_wrinkles(self, factor: impl Fn(usize) -> f64) -> Result<Self> {
         let mut parts = self.into_parts();
         let mut scaled = false;
         for (v, weights) in parts.fine_scale.rbf_weights.rows_mut().enumerate() {
@@ -231,7 +231,7 @@ impl<T: Real> Rig<T> {
     }
 
     /// The rig with the shell alone. ΔB is taken out of the basis, and the rig has no linear band and no
-    /// folds.
+    /// wrinkles.
     ///
     /// # Errors
     /// [`Error::Input`](crate::Error::Input) if a number of the basis becomes too large for the rig's

@@ -72,7 +72,7 @@ pub use explain::ExampleShare;
 pub use explain::Explanation;
 pub use explain::HandleShare;
 pub use face::{
-    Bind, Example, Face, FoldStrains, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges,
+    Bind, Example, Face, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges, WrinkleStrains,
 };
 pub use horn::Horn;
 pub use horn::horn;

@@ -52,7 +52,7 @@ pub struct Plan {
     fan_offsets: Vec<u32>,
     /// The first row of each tile's influences and of its anchors, and the end of the last ones.
     influence_offsets: Vec<u32>,
-    /// Whether the rig is of the learned method: its folds are zero at rest.
+    /// Whether the rig is of the learned method: its wrinkles are zero at rest.
     zero_at_rest: bool,
     max_frames: usize,
     frames_per_slice: usize,
@@ -65,9 +65,9 @@ struct Sizes {
     handles: usize,
     edges: usize,
     centers: usize,
-    /// Whether the rig has bands. `vector_folds` tells whether the bands include the folds.
+    /// Whether the rig has bands. `vector_wrinkles` tells whether the bands include the wrinkles.
     bands: bool,
-    vector_folds: bool,
+    vector_wrinkles: bool,
     /// How many vectors of each handle the large scale reads in a frame.
     vectors: usize,
 }
@@ -165,7 +165,7 @@ impl Plan {
             edges: rig.handles().strain_edges.len(),
             centers: rig.centers(),
             bands: rig.bands().is_some(),
-            vector_folds: rig.vector_folds(),
+            vector_wrinkles: rig.vector_wrinkles(),
             vectors: if rig.handles().rotations { MOTION } else { 1 },
         };
         let fp16_basis = options.basis == BasisStorage::F16;
@@ -183,7 +183,7 @@ impl Plan {
         }
 
         let basis_bytes = sizes.handles * if fp16_basis { 2 } else { 4 };
-        let tile_bytes = TILE * basis_bytes.max(sizes.centers.max(sizes.fold_weights()) * 12);
+        let tile_bytes = TILE * basis_bytes.max(sizes.centers.max(sizes.wrinkle_weights()) * 12);
         if tile_bytes > limit {
             return Err(unsupported("bytes of 16 vertices in one buffer binding", tile_bytes, limit));
         }
@@ -293,7 +293,7 @@ impl Plan {
             Buffer::ExampleVectors => (centers - 1) * self.sizes.features() * 12,
             Buffer::FeatureBounds => 2 * self.sizes.features() * 12,
             Buffer::ExampleWeights => tiled * (centers - 1) * if self.fp16_basis { 6 } else { 12 },
-            Buffer::FoldWeights => tiled * self.sizes.fold_weights() * 12,
+            Buffer::WrinkleWeights => tiled * self.sizes.wrinkle_weights() * 12,
             Buffer::SquaredVectorDifferences => frames * self.sizes.vector_table_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
@@ -394,14 +394,15 @@ impl Plan {
     }
 
     /// Whether a batch leaves this stage out. [`crate::Session::read`] then runs its dispatches. This holds
-    /// for the normals of the large scale where folds are along the mesh's axes: no kernel reads them then.
+    /// for the normals of the large scale where wrinkles are along the mesh's axes: no kernel reads them
+    /// then.
     pub fn is_on_demand(&self, stage: Stage) -> bool {
-        stage == Stage::LargeScaleNormals && self.sizes.vector_folds
+        stage == Stage::LargeScaleNormals && self.sizes.vector_wrinkles
     }
 
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, centers, bands, vector_folds, vectors } = self.sizes;
+        let Sizes { vertices, handles, edges, centers, bands, vector_wrinkles, vectors } = self.sizes;
         let [vertices, handles, strain_edges, centers, features] =
             [vertices, handles, edges, centers, self.sizes.features()].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
@@ -418,7 +419,7 @@ impl Plan {
                 features,
                 centers,
                 fp16: u32::from(self.fp16_basis),
-                folds: u32::from(vector_folds),
+                wrinkles: u32::from(vector_wrinkles),
             }),
             Kernel::LargeScale => words(&large_scale::Params {
                 frames,
@@ -447,7 +448,7 @@ impl Plan {
                 vertices,
                 first_vertex,
                 part_vertices,
-                mesh_axes: u32::from(vector_folds),
+                mesh_axes: u32::from(vector_wrinkles),
             }),
         }
     }
@@ -467,10 +468,10 @@ impl Plan {
 
     /// What runs, one after the other.
     fn steps(&self) -> impl Iterator<Item = (Stage, Kernel)> {
-        let Sizes { bands, vector_folds, .. } = self.sizes;
+        let Sizes { bands, vector_wrinkles, .. } = self.sizes;
         STEPS.into_iter().filter(move |(_, kernel)| match kernel {
             Kernel::VectorDifferences | Kernel::Bands => bands,
-            Kernel::Differences | Kernel::Detail => !vector_folds,
+            Kernel::Differences | Kernel::Detail => !vector_wrinkles,
             _ => true,
         })
     }
@@ -514,9 +515,9 @@ impl Sizes {
         if self.bands { differences::table_len(self.features(), self.centers) } else { 0 }
     }
 
-    /// The vectors of a vertex's `fold_weights`.
-    fn fold_weights(&self) -> usize {
-        bands::fold_weights(self.centers, self.vector_folds)
+    /// The vectors of a vertex's `wrinkle_weights`.
+    fn wrinkle_weights(&self) -> usize {
+        bands::wrinkle_weights(self.centers, self.vector_wrinkles)
     }
 }
 

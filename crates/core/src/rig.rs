@@ -43,7 +43,7 @@ pub struct RigParts<T: Real = f32> {
     pub basis: Table<T>,
     /// The influences of each vertex.
     pub influences: Influences<T>,
-    /// The folds.
+    /// The wrinkles.
     pub fine_scale: FineScale<T>,
     /// What the learned method adds; `None` for the chapter's.
     pub learned: Option<Learned<T>>,
@@ -101,7 +101,7 @@ impl<T: Real> Rig<T> {
         &self.parts.influences
     }
 
-    /// The folds.
+    /// The wrinkles.
     pub fn fine_scale(&self) -> &FineScale<T> {
         &self.parts.fine_scale
     }

@@ -100,7 +100,7 @@ impl<T: Real> RigParts<T> {
         for (name, number, is_right) in [
             ("share", learned.share, (0.0..=1.0).contains(&learned.share)),
             ("ridge", learned.ridge, learned.ridge > 0.0),
-            ("fold_ridge", learned.fold_ridge, learned.fold_ridge > 0.0),
+            ("wrinkle_ridge", learned.wrinkle_ridge, learned.wrinkle_ridge > 0.0),
             ("marker_noise", learned.marker_noise, learned.marker_noise >= 0.0),
         ] {
             if !(number.is_finite() && is_right) {

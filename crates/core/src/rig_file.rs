@@ -2,9 +2,9 @@
 //!
 //! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
 use crate::{
-    AtomicFile, Error, Examples, Faces, FineScale, FoldStrains, HandleId, HandleSet, Influences,
-    InputErrorKind, Learned, Materials, Result, Rig, RigParts, StrainEdgeId, Surface, Table, UpAxis, Uvs,
-    VertexId, input_file,
+    AtomicFile, Error, Examples, Faces, FineScale, HandleId, HandleSet, Influences, InputErrorKind, Learned,
+    Materials, Result, Rig, RigParts, StrainEdgeId, Surface, Table, UpAxis, Uvs, VertexId, WrinkleStrains,
+    input_file,
 };
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -52,22 +52,23 @@ struct Metadata {
 struct LearnedMetadata {
     share: f64,
     ridge: f64,
-    fold_ridge: f64,
+    #[serde(alias = "fold_ridge")]
+    wrinkle_ridge: f64,
     marker_noise: f64,
     /// A missing key means no bound: JSON cannot hold infinity.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     reach: Option<f64>,
     /// A missing key means lengths.
-    #[serde(default = "lengths", skip_serializing_if = "is_lengths")]
-    fold_strains: FoldStrains,
+    #[serde(default = "lengths", skip_serializing_if = "is_lengths", alias = "fold_strains")]
+    wrinkle_strains: WrinkleStrains,
 }
 
-fn lengths() -> FoldStrains {
-    FoldStrains::Lengths
+fn lengths() -> WrinkleStrains {
+    WrinkleStrains::Lengths
 }
 
-fn is_lengths(strains: &FoldStrains) -> bool {
-    *strains == FoldStrains::Lengths
+fn is_lengths(strains: &WrinkleStrains) -> bool {
+    *strains == WrinkleStrains::Lengths
 }
 
 /// Read before the rest, so that a file of another version is told apart from a broken one.
@@ -268,10 +269,10 @@ impl Metadata {
             learned: rig.learned().map(|learned| LearnedMetadata {
                 share: learned.share,
                 ridge: learned.ridge,
-                fold_ridge: learned.fold_ridge,
+                wrinkle_ridge: learned.wrinkle_ridge,
                 marker_noise: learned.marker_noise,
                 reach: Some(learned.reach).filter(|reach| reach.is_finite()),
-                fold_strains: learned.fold_strains,
+                wrinkle_strains: learned.wrinkle_strains,
             }),
             materials: surface.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
         }
@@ -396,14 +397,14 @@ impl Arrays<'_> {
 
     /// What is learned from `examples` for V vertices.
     fn learned(&self, metadata: LearnedMetadata, vertices: usize, examples: usize) -> Result<Learned> {
-        let LearnedMetadata { share, ridge, fold_ridge, marker_noise, reach, fold_strains } = metadata;
+        let LearnedMetadata { share, ridge, wrinkle_ridge, marker_noise, reach, wrinkle_strains } = metadata;
         Ok(Learned {
             share,
             ridge,
-            fold_ridge,
+            wrinkle_ridge,
             marker_noise,
             reach: reach.unwrap_or(f64::INFINITY),
-            fold_strains,
+            wrinkle_strains,
             anchors: self.ids("anchors", vertices, HandleId)?,
             anchor_weights: self.table("anchor_weights", vertices, None)?,
             feature_gains: self.table("feature_gains", vertices, None)?,

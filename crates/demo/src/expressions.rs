@@ -1,9 +1,9 @@
 //! The six expressions: the large motions of the skin by muscles, region by region. Their wrinkles are in
-//! `folds`.
+//! `wrinkles`.
 use crate::curve::{bell, pair, ramp};
-use crate::folds;
 use crate::shape::{EYE_LINE, Shape};
 use crate::skin::Skin;
+use crate::wrinkles;
 use glam::{DQuat, DVec3};
 
 /// One expression at its apex.
@@ -12,23 +12,23 @@ pub(crate) struct Expression {
     /// Its name.
     pub name: &'static str,
     motion: fn(&Shape, &Skin) -> DVec3,
-    folds: fn(&Skin) -> f64,
+    wrinkles: fn(&Skin) -> f64,
 }
 
 /// All of them.
 pub(crate) const EXPRESSIONS: [Expression; 6] = [
-    Expression { name: "brow_raise", motion: brow_raise, folds: folds::brow_raise },
-    Expression { name: "frown", motion: frown, folds: folds::frown },
-    Expression { name: "smile", motion: smile, folds: folds::smile },
-    Expression { name: "squint", motion: squint, folds: folds::squint },
-    Expression { name: "pucker", motion: pucker, folds: folds::pucker },
-    Expression { name: "jaw_open", motion: jaw_open, folds: folds::jaw_open },
+    Expression { name: "brow_raise", motion: brow_raise, wrinkles: wrinkles::brow_raise },
+    Expression { name: "frown", motion: frown, wrinkles: wrinkles::frown },
+    Expression { name: "smile", motion: smile, wrinkles: wrinkles::smile },
+    Expression { name: "squint", motion: squint, wrinkles: wrinkles::squint },
+    Expression { name: "pucker", motion: pucker, wrinkles: wrinkles::pucker },
+    Expression { name: "jaw_open", motion: jaw_open, wrinkles: wrinkles::jaw_open },
 ];
 
 impl Expression {
-    /// How far a point of the skin moves, in centimetres: the large motion and the folds.
+    /// How far a point of the skin moves, in centimetres: the large motion and the wrinkles.
     pub(crate) fn displacement(&self, shape: &Shape, skin: &Skin) -> DVec3 {
-        skin.inside * ((self.motion)(shape, skin) + skin.n * (self.folds)(skin))
+        skin.inside * ((self.motion)(shape, skin) + skin.n * (self.wrinkles)(skin))
     }
 }
 

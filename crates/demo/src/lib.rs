@@ -16,7 +16,6 @@
 
 mod curve;
 mod expressions;
-mod folds;
 mod grid;
 mod handles;
 mod performance;
@@ -24,6 +23,7 @@ mod shape;
 mod sized;
 mod sized_learned;
 mod skin;
+mod wrinkles;
 
 pub use performance::performance;
 pub use sized::{Size, sized_rig};

@@ -1,7 +1,7 @@
 //! The data of the learned method for a rig that is made without a solve.
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{FoldStrains, HandleId, Learned, RigParts, StrainEdgeId, Table};
+use rhytid_core::{HandleId, Learned, RigParts, StrainEdgeId, Table, WrinkleStrains};
 
 /// A, as in a solve.
 const ANCHORS: usize = 8;
@@ -52,10 +52,10 @@ pub(crate) fn learn(parts: &mut RigParts<f64>) {
     parts.learned = Some(Learned {
         share: 1.0,
         ridge: 1e-2,
-        fold_ridge: 1e-3,
+        wrinkle_ridge: 1e-3,
         marker_noise: 0.005,
         reach: 1.0,
-        fold_strains: FoldStrains::Vectors,
+        wrinkle_strains: WrinkleStrains::Vectors,
         anchors,
         anchor_weights,
         feature_gains: Table::filled(vertices, k + a, 0.0),

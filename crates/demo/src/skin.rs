@@ -3,7 +3,7 @@ use crate::curve::{bell, pair, ramp};
 use crate::shape::{BOTTOM, HALF_WIDTH, MOUTH_CUT, MOUTH_LINE, Shape, Site, TOP};
 use glam::DVec3;
 
-/// A point of the neutral skin, with the data that motions and folds need.
+/// A point of the neutral skin, with the data that motions and wrinkles need.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Skin {
     /// Its place in the domain.

@@ -214,7 +214,7 @@ fn detail(field: &[DVec3], around: &[BTreeSet<u32>], rounds: usize) -> Vec<DVec3
 }
 
 #[test]
-fn examples_move_markers_and_fold_between_them() {
+fn examples_move_markers_and_wrinkle_between_them() {
     let face = rhytid_demo::face(SIZE);
     let mesh = &face.neutral;
     let around = neighbours(mesh);
@@ -242,13 +242,13 @@ fn examples_move_markers_and_fold_between_them() {
         assert!(at_rim < 1e-3, "{}: the outer rim moves {at_rim} cm", example.name);
         let most = face.handles.vertices.iter().map(|&v| moved[v.index()].length()).fold(0.0, f64::max);
         assert!((0.3..3.2).contains(&most), "{}: markers move {most} cm", example.name);
-        let folds = detail(&moved, &around, 24);
-        let deepest = (0..folds.len() as u32)
+        let wrinkles = detail(&moved, &around, 24);
+        let deepest = (0..wrinkles.len() as u32)
             .filter(|v| !near_rim.contains(v))
-            .map(|v| folds[v as usize].length())
+            .map(|v| wrinkles[v as usize].length())
             .fold(0.0, f64::max);
-        println!("{}: markers move up to {most:.2} cm, folds up to {deepest:.3} cm", example.name);
-        assert!((0.03..0.25).contains(&deepest), "{}: folds of {deepest} cm", example.name);
+        println!("{}: markers move up to {most:.2} cm, wrinkles up to {deepest:.3} cm", example.name);
+        assert!((0.03..0.25).contains(&deepest), "{}: wrinkles of {deepest} cm", example.name);
         // No face is flipped.
         let normal = |positions: &dyn Fn(u32) -> DVec3, f: &[u32]| {
             (positions(f[2]) - positions(f[0])).cross(positions(f[3]) - positions(f[1]))
@@ -268,8 +268,8 @@ fn examples_move_markers_and_fold_between_them() {
 
 #[test]
 fn examples_are_continuous() {
-    // At this size a step of 1 mm would be a slope of more than 3; folds stay below 1.5. The lips' corners,
-    // from which the mouth opens, are left out with the rims.
+    // At this size a step of 1 mm would be a slope of more than 3; wrinkles stay below 1.5. The lips'
+    // corners, from which the mouth opens, are left out with the rims.
     let face = rhytid_demo::face(300_000);
     let mesh = &face.neutral;
     let around = neighbours(mesh);

@@ -61,7 +61,8 @@ pub struct Comparison {
     #[serde(flatten)]
     pub errors: Errors,
     /// The RMS of the errors without their smooth part: wrinkles that are missing or wrong.
-    pub fold_band_rms_mm: f64,
+    #[serde(rename = "fold_band_rms_mm")]
+    pub wrinkle_band_rms_mm: f64,
 }
 
 /// The distance of each method from the truth, the method of the face's settings first. For each method also
@@ -160,25 +161,25 @@ impl Against<'_> {
         self.truth.positions(0, &mut expected)?;
         let vertices = expected.len() / 3;
         let mut sum = Sum::new(self.regions, vertices, self.millimetres);
-        let (mut frame, mut folds, mut open) = (0, 0.0, Vec::new());
+        let (mut frame, mut wrinkles, mut open) = (0, 0.0, Vec::new());
         play(&mut |positions| {
             self.truth.positions(frame, &mut expected)?;
             sum.add(distances(positions, &expected));
             open.push(positions.iter().zip(&expected).map(|(a, b)| f64::from(*a) - f64::from(*b)).collect());
             frame += 1;
             if open.len() == FRAMES_AT_ONCE || frame == count {
-                folds += self.folds(&open)?;
+                wrinkles += self.wrinkles(&open)?;
                 open.clear();
             }
             self.progress.step("compare", frame as u64, count as u64)
         })?;
-        let fold_band_rms_mm = self.millimetres * (folds / (vertices * count) as f64).sqrt();
+        let wrinkle_band_rms_mm = self.millimetres * (wrinkles / (vertices * count) as f64).sqrt();
         let by_vertex = sum.by_vertex();
-        Ok((Comparison { method, errors: sum.finish(), fold_band_rms_mm }, by_vertex))
+        Ok((Comparison { method, errors: sum.finish(), wrinkle_band_rms_mm }, by_vertex))
     }
 
     /// The squares of the parts of these frames' errors that smoothing removes, each 3V.
-    fn folds(&self, errors: &[Vec<f64>]) -> Result<f64> {
+    fn wrinkles(&self, errors: &[Vec<f64>]) -> Result<f64> {
         let vertices = errors[0].len() / 3;
         let at = |v: usize, frame: &Vec<f64>| [0, 1, 2].map(|c| frame[3 * v + c]);
         let field = (0..vertices).flat_map(|v| errors.iter().map(move |frame| at(v, frame))).collect();

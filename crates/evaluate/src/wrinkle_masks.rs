@@ -1,4 +1,4 @@
-//! Masks of wrinkles: the activation of the folds of each example, as pictures over a mesh's texture
+//! Masks of wrinkles: the activation of the wrinkles of each example, as pictures over a mesh's texture
 //! coordinates and as curves over time.
 
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ const NOTHING: f32 = 0.01;
 /// picture for each tile.
 ///
 /// The *curve* of a channel is its mean over the face, and 1 where the frame is the example. A vertex is
-/// weighted by its area and by the size of the folds that the channel's examples have there.
+/// weighted by its area and by the size of the wrinkles that the channel's examples have there.
 ///
 /// The *mask* is the largest activation of each place in any frame, divided by the largest value of the
 /// curve, and at most 1. Mask times curve is about the activation. At the largest value of the curve, it is
@@ -43,22 +43,22 @@ pub struct WrinkleMasks {
 }
 
 impl WrinkleMasks {
-    /// Pictures of `size` × `size` texels for each channel. `folds` are the sizes of the folds of the
+    /// Pictures of `size` × `size` texels for each channel. `wrinkles` are the sizes of the wrinkles of the
     /// channel's examples, channels × V.
     ///
     /// # Errors
     /// [`Error::Input`] if the rig's mesh has no texture coordinates, or some that are in no UDIM tile.
-    pub fn new(rig: &Rig, channels: Vec<Channel>, folds: &[Vec<f32>], size: usize) -> Result<Self> {
+    pub fn new(rig: &Rig, channels: Vec<Channel>, wrinkles: &[Vec<f32>], size: usize) -> Result<Self> {
         let gauge = StrainGauge::new(&rig.surface().rest, &rig.surface().triangles);
         let areas: Vec<f64> = gauge.areas().collect();
-        let weights = folds.iter().map(|folds| {
+        let weights = wrinkles.iter().map(|wrinkles| {
             let weights: Vec<f64> =
-                folds.iter().zip(&areas).map(|(fold, area)| f64::from(*fold) * area).collect();
+                wrinkles.iter().zip(&areas).map(|(wrinkle, area)| f64::from(*wrinkle) * area).collect();
             let sum: f64 = weights.iter().sum();
             if sum > 0.0 { weights.iter().map(|weight| weight / sum).collect() } else { weights }
         });
         Ok(Self {
-            pictures: Texels::of_tiles(rig, folds, size)?,
+            pictures: Texels::of_tiles(rig, wrinkles, size)?,
             weights: weights.collect(),
             most: vec![vec![0.0; rig.vertices()]; channels.len()],
             curves: Vec::new(),
@@ -154,8 +154,8 @@ impl Texels {
     const FIRST_TILE: u32 = 1001;
 
     /// The texels of each UDIM tile that has any of the mesh, by its number. If parts overlap in the texture,
-    /// such as an eye over the skin, those with folds are on top.
-    fn of_tiles(rig: &Rig, folds: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
+    /// such as an eye over the skin, those with wrinkles are on top.
+    fn of_tiles(rig: &Rig, wrinkles: &[Vec<f32>], size: usize) -> Result<Vec<(u32, Self)>> {
         let lacks = || {
             Error::rig_lacks(
                 "the rig's mesh has no texture coordinates, which masks need: solve it again from a neutral \
@@ -168,11 +168,11 @@ impl Texels {
             Some(entries) => uvs.values[entries[corner as usize] as usize],
             None => uvs.values[rig.surface().faces.indices[corner as usize] as usize],
         };
-        let has_folds = |triangle: &usize| {
+        let has_wrinkles = |triangle: &usize| {
             let corners = rig.surface().triangles[*triangle];
-            folds.iter().any(|folds| corners.iter().any(|v| folds[*v as usize] > 0.0))
+            wrinkles.iter().any(|wrinkles| corners.iter().any(|v| wrinkles[*v as usize] > 0.0))
         };
-        let (with, without): (Vec<usize>, Vec<usize>) = (0..corners.len()).partition(has_folds);
+        let (with, without): (Vec<usize>, Vec<usize>) = (0..corners.len()).partition(has_wrinkles);
         let mut tiles: BTreeMap<u32, Self> = BTreeMap::new();
         for triangle in without.into_iter().chain(with) {
             let uvs = corners[triangle].map(at);
@@ -312,8 +312,8 @@ mod tests {
         let uvs = Uvs { values: rig.surface().rest.iter().map(uv).collect(), corners: None };
         let rig = changed(&rig, |r| r.surface.uvs = Some(uvs)).unwrap();
         let channels = ChannelKind::Wrinkles.channels(&["a", "b", "c"].map(String::from));
-        let folds = vec![vec![1.0; rig.vertices()]; 3];
-        let masks = WrinkleMasks::new(&rig, channels, &folds, size).unwrap();
+        let wrinkles = vec![vec![1.0; rig.vertices()]; 3];
+        let masks = WrinkleMasks::new(&rig, channels, &wrinkles, size).unwrap();
         (rig, masks)
     }
 
@@ -369,8 +369,8 @@ mod tests {
             r.surface.triangles.iter().for_each(|corners| r.surface.faces.push(corners));
         })
         .unwrap();
-        let folds = vec![vec![1.0; rig.vertices()]; 3];
-        let tiled = WrinkleMasks::new(&rig, masks.channels.clone(), &folds, 32).unwrap();
+        let wrinkles = vec![vec![1.0; rig.vertices()]; 3];
+        let tiled = WrinkleMasks::new(&rig, masks.channels.clone(), &wrinkles, 32).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let files = tiled.files(&folder.path().join("a.masks.png"));
         let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
@@ -384,7 +384,7 @@ mod tests {
         let lit = |file: &PathBuf| read(file).1.iter().filter(|pixel| **pixel == 255).count();
         assert!(files.iter().all(|file| lit(file) > 100));
         let rig = changed(&rig, |r| r.surface.uvs.as_mut().unwrap().values[3] = [-5.0, 0.5]).unwrap();
-        let error = WrinkleMasks::new(&rig, masks.channels, &folds, 32).err().unwrap().to_string();
+        let error = WrinkleMasks::new(&rig, masks.channels, &wrinkles, 32).err().unwrap().to_string();
         assert!(error.contains("in no UDIM tile"), "{error}");
     }
 

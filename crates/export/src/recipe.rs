@@ -230,7 +230,7 @@ impl<'de> Deserialize<'de> for ChannelChoice {
     }
 }
 
-/// Gains of the folds by handle or region; in files as `brows=0.5;chin=1.2`.
+/// Gains of the wrinkles by handle or region; in files as `brows=0.5;chin=1.2`.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gains(pub Vec<(String, f64)>);
 

@@ -211,7 +211,7 @@ buffers! {
     /// Half of c: what each example does to each vertex.
     ExampleWeights = example_weights,
     /// a, b and w: what is added to each vertex in every frame, and the weights of the examples' distances.
-    FoldWeights = fold_weights,
+    WrinkleWeights = wrinkle_weights,
     /// Where each tile's fans begin.
     FanOffsets = fan_offsets,
     /// The vertices around each of a tile's vertices.
@@ -270,7 +270,7 @@ kernels! {
             write(SquaredVectorDifferences),
         ],
     }
-    /// Differences of vector strains to the fine detail: the linear band and the folds.
+    /// Differences of vector strains to the fine detail: the linear band and the wrinkles.
     Bands = bands {
         each: Vertex,
         at_once: 1,
@@ -281,7 +281,7 @@ kernels! {
             read(Influences, U32),
             read(InfluenceWeights, F32),
             tiled(ExampleWeights, U32),
-            tiled(FoldWeights, F32),
+            tiled(WrinkleWeights, F32),
             write(BandOffsets),
             write(LocalDetail),
         ],

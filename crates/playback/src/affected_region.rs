@@ -12,7 +12,7 @@ use std::ops::Range;
 pub(crate) struct AffectedRegion {
     /// The falloff of edits of markers.
     falloff: Option<EditFalloff>,
-    /// The vertices that these edits or gains of the folds change, ascending.
+    /// The vertices that these edits or gains of the wrinkles change, ascending.
     vertices: Vec<VertexId>,
     /// A rig of these vertices, which come first. `None` where they are so much of the face that the whole
     /// face is evaluated.
@@ -25,7 +25,8 @@ pub(crate) struct PartialEvaluation {
     /// The frames that edits of markers move: positions of the stage that is shown and, where anything fades,
     /// of the large scale.
     edited: Evaluated,
-    /// The frames in which folds are multiplied: positions of the large scale, without the edits of markers.
+    /// The frames in which wrinkles are multiplied: positions of the large scale, without the edits of
+    /// markers.
     large_scale: Evaluated,
 }
 
@@ -47,7 +48,7 @@ pub(crate) struct PartialFrame<'b> {
 }
 
 impl AffectedRegion {
-    /// The region of edits of markers with this `falloff`, and of the folds' `gains`. `None` where neither
+    /// The region of edits of markers with this `falloff`, and of the wrinkles' `gains`. `None` where neither
     /// changes anything.
     pub(crate) fn new<'g>(
         rig: &Rig,

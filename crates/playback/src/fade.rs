@@ -1,7 +1,7 @@
-//! Folds that are stronger or weaker than learned.
+//! Wrinkles that are stronger or weaker than learned.
 //!
-//! Gains over time change them. Folds also fade where they are not to be trusted. These are places where the
-//! driving markers were filled and not measured, and frames far outside the examples.
+//! Gains over time change them. Wrinkles also fade where they are not to be trusted. These are places where
+//! the driving markers were filled and not measured, and frames far outside the examples.
 
 use crate::channels::Uncertainty;
 use crate::local_normals;
@@ -13,7 +13,7 @@ use rhytid_solve::EXTRAPOLATION;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// A gain of the folds at each vertex, over time: `1 + w_v (g − 1)`.
+/// A gain of the wrinkles at each vertex, over time: `1 + w_v (g − 1)`.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct VertexGain {
     /// The vertices that the gain changes, ascending, and their w; 1 is the full gain.
@@ -45,7 +45,7 @@ impl VertexGain {
         self.by.is_constantly(by).then_some(by)
     }
 
-    /// The factors of the folds that are not 1, if g is `by`: vertices, ascending, and factors.
+    /// The factors of the wrinkles that are not 1, if g is `by`: vertices, ascending, and factors.
     pub(crate) fn factors(&self, by: f64) -> impl Iterator<Item = (usize, f64)> {
         let weights = self.weights.iter().filter(move |_| by != 1.0);
         weights.map(move |&(v, weight)| (v as usize, 1.0 + f64::from(weight) * (by - 1.0)))
@@ -163,7 +163,7 @@ impl<'a> Fade<'a> {
                 if let Some((far, samples)) = &far {
                     c *= (2.0 - far.times(v, samples) / EXTRAPOLATION).clamp(0.0, 1.0);
                 }
-                let before = std::mem::replace(x, folded(*smooth, *x, c.min(1.0)));
+                let before = std::mem::replace(x, with_wrinkles_scaled(*smooth, *x, c.min(1.0)));
                 (*x != before).then_some(v as u32)
             };
             let all = positions.par_iter_mut().zip(large_scale).enumerate();
@@ -171,7 +171,7 @@ impl<'a> Fade<'a> {
         }
         for gain in self.gains {
             for (v, factor) in gain.factors(gain.at(self.times[frame])) {
-                positions[v] = folded(large_scale[v], positions[v], factor);
+                positions[v] = with_wrinkles_scaled(large_scale[v], positions[v], factor);
                 moved.push(v as u32);
             }
         }
@@ -179,8 +179,8 @@ impl<'a> Fade<'a> {
     }
 }
 
-/// A vertex with its folds multiplied by `factor`. Every bit stays where the factor is 1.
-pub(crate) fn folded(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] {
+/// A vertex with its wrinkles multiplied by `factor`. Every bit stays where the factor is 1.
+pub(crate) fn with_wrinkles_scaled(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] {
     if factor == 1.0 {
         return full;
     }
@@ -192,7 +192,7 @@ pub(crate) fn folded(smooth: [f32; 3], full: [f32; 3], factor: f64) -> [f32; 3] 
 
 /// V numbers, from numbers of the H handles.
 ///
-/// A vertex has the mean number of the handles that drive its folds, or 0 where no handle does.
+/// A vertex has the mean number of the handles that drive its wrinkles, or 0 where no handle does.
 pub(crate) fn of_vertices(rig: &Rig, handles: &[f64]) -> Vec<f32> {
     let mean = |&[a, b]: &[HandleId; 2]| (0.5 * (handles[a.index()] + handles[b.index()])) as f32;
     let edges: Vec<f32> = rig.handles().strain_edges.iter().map(mean).collect();

@@ -1,7 +1,7 @@
 //! Playback of a take on a rig, on the fastest device that can be trusted, and on the next one if that fails.
 //!
 //! Frames are evaluated in batches, one batch ahead of their use. Playback can also add normals, velocities
-//! and the head's motion. Folds fade where the take is not to be trusted. Triangles that the fine detail
+//! and the head's motion. Wrinkles fade where the take is not to be trusted. Triangles that the fine detail
 //! turns over are turned back.
 //!
 //! ```
@@ -64,7 +64,7 @@ pub use example_residuals::{ExampleResiduals, example_residuals};
 pub use layers::{FrameEdits, Layers};
 pub use performance::Performance;
 pub use playback::Playback;
-pub use regions::{check_gains, region_of, scale_folds};
+pub use regions::{check_gains, region_of, scale_wrinkles};
 pub use rig_diff::{Change, rig_diff};
 pub use selection::{FrameRange, Selection, uneven_step};
 pub use shapes::handle_shapes;

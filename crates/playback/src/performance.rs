@@ -1,6 +1,6 @@
 //! A performance: a recipe with its rig, its take and its edits, ready to be played.
 
-use crate::{EditedTake, FrameRange, Layers, Playback, Selection, channels, check_gains, scale_folds};
+use crate::{EditedTake, FrameRange, Layers, Playback, Selection, channels, check_gains, scale_wrinkles};
 use rhytid_core::{ChannelKind, DeviceInfo, Error, Progress, Remedy, Result, Rig, Take, human};
 use rhytid_formats::export::{OutputStage, Recipe};
 
@@ -25,7 +25,7 @@ impl Performance {
     ///
     /// # Errors
     /// [`Error::Input`] if the take lacks handles, or frames that the recipe names. Otherwise the errors of
-    /// [`scale_folds`], [`Layers::edit`] and [`Selection::new`].
+    /// [`scale_wrinkles`], [`Layers::edit`] and [`Selection::new`].
     pub fn new(mut recipe: Recipe, mut rig: Rig, take: Take, layers: Option<Layers>) -> Result<Self> {
         if recipe.end_frame == 0 {
             recipe.end_frame = take.frames() as u64;
@@ -34,7 +34,7 @@ impl Performance {
         if recipe.stage == OutputStage::Shell {
             rig = rig.shell()?;
         }
-        rig = scale_folds(rig.scale_folds(|_| recipe.detail)?, &recipe.detail_of.0)?;
+        rig = scale_wrinkles(rig.scale_wrinkles(|_| recipe.detail)?, &recipe.detail_of.0)?;
         let mut layers = layers;
         let take = match &mut layers {
             Some(layers) => {

@@ -27,7 +27,7 @@ pub struct Playback<'a> {
     evaluator: Evaluator<'a>,
     /// Frames in a batch.
     batch: usize,
-    /// The gains of the folds, which multiply each other.
+    /// The gains of the wrinkles, which multiply each other.
     gains: Arc<[VertexGain]>,
     /// The sculpted corrections, in order.
     corrections: Arc<[Correction]>,
@@ -68,7 +68,7 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// Adds all effects of `layers` except the edits of the take: gains of folds by vertex, and sculpted
+    /// Adds all effects of `layers` except the edits of the take: gains of wrinkles by vertex, and sculpted
     /// corrections.
     ///
     /// For each correction a frame of the `edited` take is evaluated.

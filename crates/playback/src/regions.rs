@@ -1,4 +1,4 @@
-//! Regions of a face by the names of its handles, and gains of the folds in them.
+//! Regions of a face by the names of its handles, and gains of the wrinkles in them.
 
 use crate::fade::of_vertices;
 use rhytid_core::{Error, InputErrorKind, Result, Rig};
@@ -30,25 +30,25 @@ pub fn region_of(label: &str) -> Option<&'static str> {
     by_word.map(|(name, _)| *name).or_else(|| by_number().map(|(name, _)| *name))
 }
 
-/// The rig with its folds multiplied by `gains`, each of a handle or a region.
+/// The rig with its wrinkles multiplied by `gains`, each of a handle or a region.
 ///
 /// A gain is a ratio. The gain of a handle counts before that of its region. The gain of a vertex is the mean
-/// of those of the handles that drive its folds.
+/// of those of the handles that drive its wrinkles.
 ///
 /// # Errors
 /// [`Error::Input`] if a name is neither that of a handle nor that of a region with a handle in it. Otherwise
-/// the errors of [`Rig::scale_folds`].
-pub fn scale_folds(rig: Rig, gains: &[(String, f64)]) -> Result<Rig> {
+/// the errors of [`Rig::scale_wrinkles`].
+pub fn scale_wrinkles(rig: Rig, gains: &[(String, f64)]) -> Result<Rig> {
     let gains = handle_gains(&rig.handles().labels, gains)?;
     let beyond: Vec<f64> = gains.iter().map(|gain| gain - 1.0).collect();
     let beyond = of_vertices(&rig, &beyond);
-    rig.scale_folds(|v| 1.0 + f64::from(beyond[v]))
+    rig.scale_wrinkles(|v| 1.0 + f64::from(beyond[v]))
 }
 
 /// Checks that each name of `gains` is that of a handle, or of a region with a handle in it.
 ///
 /// # Errors
-/// As [`scale_folds`].
+/// As [`scale_wrinkles`].
 pub fn check_gains(labels: &[String], gains: &[(String, f64)]) -> Result<()> {
     handle_gains(labels, gains).map(|_| ())
 }

@@ -34,13 +34,13 @@ impl Playback<'_> {
 }
 
 impl Playback<'_> {
-    /// The sizes of the folds of each of the P examples: V lengths in mesh units.
+    /// The sizes of the wrinkles of each of the P examples: V lengths in mesh units.
     ///
-    /// The folds are the detail that the rig adds at that example.
+    /// The wrinkles are the detail that the rig adds at that example.
     ///
     /// # Errors
     /// As [`Playback::evaluate`].
-    pub fn example_folds(&mut self, progress: &dyn Progress) -> Result<Vec<Vec<f32>>> {
+    pub fn example_wrinkles(&mut self, progress: &dyn Progress) -> Result<Vec<Vec<f32>>> {
         let handles = self.rig().examples().handles.clone();
         let mut poses = |stage| {
             let mut poses: Vec<Vec<f32>> = Vec::new();
@@ -53,10 +53,10 @@ impl Playback<'_> {
         let (full, smooth) = (poses(OutputStage::Full)?, poses(OutputStage::LargeScale)?);
         let length =
             |(a, b): (&[f32; 3], &[f32; 3])| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt();
-        let folds = |(full, smooth): (&Vec<f32>, &Vec<f32>)| {
+        let wrinkles = |(full, smooth): (&Vec<f32>, &Vec<f32>)| {
             full.as_chunks::<3>().0.iter().zip(smooth.as_chunks::<3>().0).map(length).collect()
         };
-        Ok(full.iter().zip(&smooth).map(folds).collect())
+        Ok(full.iter().zip(&smooth).map(wrinkles).collect())
     }
 }
 

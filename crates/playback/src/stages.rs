@@ -234,7 +234,7 @@ impl<'c> Stages<'c> {
         self.with_edits.is_there = true;
     }
 
-    /// Makes folds stronger or weaker.
+    /// Makes wrinkles stronger or weaker.
     fn fade(&mut self, frame: &mut FrameBuffers<'_>, large_scale: LargeScale<'_>) {
         let Some(fade) = &self.effects.fade else { return };
         let WithEdits { is_there, positions, large_scale: smooth } = &mut self.with_edits;

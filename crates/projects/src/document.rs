@@ -62,7 +62,13 @@ pub(crate) struct Section<'a> {
 impl<'a> Section<'a> {
     /// Fails at the first key that is not among `known`.
     pub(crate) fn allow(&self, known: &[&str]) -> Result<()> {
-        let unknown = self.table.keys().filter(|key| !known.contains(&key.get_ref().as_ref()));
+        self.allow_with_former(known, &[])
+    }
+
+    /// Fails at the first key that is neither among `known` nor among their `former` names.
+    pub(crate) fn allow_with_former(&self, known: &[&str], former: &[&str]) -> Result<()> {
+        let is_unknown = |key: &str| !known.contains(&key) && !former.contains(&key);
+        let unknown = self.table.keys().filter(|key| is_unknown(key.get_ref()));
         let Some(key) = unknown.min_by_key(|key| key.span().start) else { return Ok(()) };
         let place = if self.title.is_empty() { "" } else { " in " };
         Err(self
@@ -78,6 +84,21 @@ impl<'a> Section<'a> {
                 ),
             )
             .of_kind(InputErrorKind::UnknownKey { key: key.get_ref().to_string() }))
+    }
+
+    /// The name that the file states a key by: `key`, or its `former` name.
+    ///
+    /// # Errors
+    /// The file states both.
+    pub(crate) fn name_of(&self, key: &'static str, former: &'static str) -> Result<&'static str> {
+        match (self.entry(key), self.entry(former)) {
+            (Some(_), Some(twice)) => {
+                let message = format!("{former} is the former name of {key}, which {} has, too", self.title);
+                Err(self.file.error(twice.span().start, &message))
+            }
+            (None, Some(_)) => Ok(former),
+            _ => Ok(key),
+        }
     }
 
     pub(crate) fn entry(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {

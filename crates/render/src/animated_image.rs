@@ -1,4 +1,4 @@
-//! Moving pictures, in any of the formats.
+//! Animated images, in any of the formats.
 
 use crate::{AnimatedWebP, Picture};
 use rhytid_core::{Error, Result};

@@ -1,4 +1,4 @@
-//! Moving pictures in WebP.
+//! Animated images in WebP.
 
 use crate::Picture;
 use image_webp::{ColorType, WebPEncoder};

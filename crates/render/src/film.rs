@@ -20,7 +20,7 @@ use std::num::NonZeroU32;
 /// The fastest of rav1e's presets. Rhytid builds rav1e without its assembler, which needs NASM. The other
 /// presets then take several times as long.
 const SPEED: u8 = 10;
-/// The quantizer, from 0 (lossless) to 255. This value keeps folds and shows smooth skin.
+/// The quantizer, from 0 (lossless) to 255. This value keeps wrinkles and shows smooth skin.
 const QUANTIZER: usize = 40;
 /// Tiles are encoded in parallel. Each has about this many pixels.
 const PIXELS_PER_TILE: u64 = 100_000;

@@ -114,10 +114,10 @@ fn methods(comparisons: &[Comparison]) -> Markup {
                 th { "method" } @for name in ["RMS", "95 %", "99.9 %", "worst", "wrinkle band"] { th.number { (name) } }
             } }
             tbody {
-                @for Comparison { method, errors, fold_band_rms_mm } in comparisons {
+                @for Comparison { method, errors, wrinkle_band_rms_mm } in comparisons {
                     tr {
                         th { (method) }
-                        @for value in [errors.rms_mm, errors.p95_mm, errors.p99_9_mm, errors.worst_mm, *fold_band_rms_mm] {
+                        @for value in [errors.rms_mm, errors.p95_mm, errors.p99_9_mm, errors.worst_mm, *wrinkle_band_rms_mm] {
                             td.number { (mm(value)) }
                         }
                     }

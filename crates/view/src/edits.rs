@@ -14,7 +14,7 @@ impl FrameEdits {
         match *self {}
     }
 
-    pub(crate) fn fold(&self, _: f64, _: &[f32], _: &mut [f32]) -> bool {
+    pub(crate) fn scale_wrinkles(&self, _: f64, _: &[f32], _: &mut [f32]) -> bool {
         match *self {}
     }
 

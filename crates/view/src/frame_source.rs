@@ -12,7 +12,7 @@ use std::sync::Arc;
 /// The request for a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Wanted {
-    /// The factor of the folds, from 0 (only the large scale) to 2.
+    /// The factor of the wrinkles, from 0 (only the large scale) to 2.
     pub gain: f32,
     /// Whether the whole frame is needed on the host, as for heat maps.
     pub on_host: bool,
@@ -144,7 +144,7 @@ impl FrameSource {
         if edits.without.is_some() {
             let [x, n, large_scale] = self.without.each_ref().map(|numbers| numbers.as_chunks::<3>().0);
             edits.edits.blend(&self.rig, &self.triangles, [x, n], positions, normals);
-            // The folds are the difference of the two.
+            // The wrinkles are the difference of the two.
             let (large, _) = self.large_scale.as_chunks_mut::<3>();
             edits.edits.blend(&self.rig, &self.triangles, [large_scale, &[]], large, &mut []);
         }
@@ -153,7 +153,7 @@ impl FrameSource {
         Ok(())
     }
 
-    /// Positions, large scale and normals of H × 3 handle positions. Their folds are multiplied by `gain`.
+    /// Positions, large scale and normals of H × 3 handle positions. Their wrinkles are multiplied by `gain`.
     fn evaluate_one(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame<'_>>) -> Result<()> {
         let other = match &mut self.other {
             Some(other) => other,
@@ -167,10 +167,11 @@ impl FrameSource {
         other.evaluate(handles)?;
         other.read(Stage::Positions, &mut self.positions)?;
         other.read(Stage::LargeScale, &mut self.large_scale)?;
-        let fold =
-            |edits: &EditedFrame<'_>| edits.edits.fold(edits.time, &self.large_scale, &mut self.positions);
-        let folded = edits.is_some_and(fold);
-        if gain == 1.0 && !folded {
+        let scale = |edits: &EditedFrame<'_>| {
+            edits.edits.scale_wrinkles(edits.time, &self.large_scale, &mut self.positions)
+        };
+        let scaled = edits.is_some_and(scale);
+        if gain == 1.0 && !scaled {
             return other.read(Stage::Normals, &mut self.normals);
         }
         for (x, large) in self.positions.iter_mut().zip(&self.large_scale) {

@@ -215,17 +215,17 @@ fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
     });
     rows(ui, ["strain edge", "weight", "strain"], edges.collect());
     let mut examples: Vec<_> = explanation.examples.iter().zip(&rig.examples().names).collect();
-    let size = |fold: &[f64; 3]| fold.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let size = |wrinkle: &[f64; 3]| wrinkle.iter().map(|x| x * x).sum::<f64>().sqrt();
     examples.sort_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
     let examples = examples.into_iter().take(ROWS).map(|(example, name)| {
-        let fold = millimetres * size(&example.fold);
-        [name.clone(), format!("{:.3}", example.distance), format!("{fold:.2} mm")]
+        let wrinkle = millimetres * size(&example.wrinkle);
+        [name.clone(), format!("{:.3}", example.distance), format!("{wrinkle:.2} mm")]
     });
     rows(ui, ["example", "distance", "wrinkles"], examples.collect());
     ui.label(format!(
         "distance from rest {:.3}; all wrinkles {:.2} mm",
         explanation.from_rest,
-        millimetres * size(&explanation.fold())
+        millimetres * size(&explanation.wrinkle())
     ));
 }
 

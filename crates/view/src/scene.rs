@@ -154,7 +154,7 @@ impl Scene {
         Ok(true)
     }
 
-    /// Draws one side, of the shell's rig or of the rig itself. `gain` is the factor of the folds.
+    /// Draws one side, of the shell's rig or of the rig itself. `gain` is the factor of the wrinkles.
     fn side(
         &mut self,
         side: usize,

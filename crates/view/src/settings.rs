@@ -8,7 +8,7 @@ pub enum Show {
     /// Lit at every pixel.
     #[default]
     Shaded,
-    /// Skin: light spreads in it, folds cast shadows, and the surface shines.
+    /// Skin: light spreads in it, wrinkles cast shadows, and the surface shines.
     Skin,
     /// Clay: each normal has the colour of a ball of clay at that normal.
     Clay,
@@ -22,7 +22,7 @@ pub enum Show {
     Influences,
     /// How much longer or shorter the skin is than at rest.
     Strain,
-    /// How far the folds move each vertex.
+    /// How far the wrinkles move each vertex.
     Detail,
     /// Numbers of a file.
     Numbers,
@@ -72,7 +72,7 @@ pub enum Before {
     Off,
     /// The shell alone, without the fine detail.
     Shell,
-    /// The result without the folds.
+    /// The result without the wrinkles.
     LargeScale,
     /// The take, without drags.
     Take,
@@ -102,7 +102,7 @@ pub struct Settings {
     pub before: Before,
     /// The place between the two sides, as a part of the picture's width.
     pub wipe: f32,
-    /// The factor of the folds, 0 to 2.
+    /// The factor of the wrinkles, 0 to 2.
     pub gain: f32,
     /// Whether markers have dots.
     pub markers: bool,

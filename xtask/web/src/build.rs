@@ -18,7 +18,7 @@ const PROFILE: &str = "web";
 /// What `crates/web` is called in the folder: `rhytid_web.js` and `rhytid_web_bg.wasm`.
 const NAME: &str = "rhytid_web";
 
-/// About how many vertices the demo rig beside the pages has. Fewer would not show folds.
+/// About how many vertices the demo rig beside the pages has. Fewer would not show wrinkles.
 const DEMO_VERTICES: usize = 4_000;
 
 /// The demo's files beside the pages, as gzip.

@@ -89,9 +89,9 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 }
             };
             let c = c.as_chunks().0;
-            let per_vertex = params.fold_weights();
-            let fold_weights = untiled(numbers(5), 3 * per_vertex, vertices);
-            let fold_weights = fold_weights.as_chunks().0;
+            let per_vertex = params.wrinkle_weights();
+            let wrinkle_weights = untiled(numbers(5), 3 * per_vertex, vertices);
+            let wrinkle_weights = wrinkle_weights.as_chunks().0;
             let (offsets, weights) = (words(1), numbers(3).as_chunks::<TILE>().0);
             params.frames = params.frames.min(frames);
             let band_offsets = results.as_chunks_mut::<3>().0;
@@ -113,7 +113,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     anchors: &words(2)[anchors.clone()],
                     anchor_weights: &of_vertex(&anchors),
                     example_weights: &c[i * p..][..p],
-                    fold_weights: &fold_weights[i * per_vertex..][..per_vertex],
+                    wrinkle_weights: &wrinkle_weights[i * per_vertex..][..per_vertex],
                 };
                 for frame in 0..params.frames as usize {
                     let len = differences::table_len(params.features as usize, p + 1);
@@ -121,7 +121,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     let v = frame * params.vertices as usize + params.first_vertex as usize + i;
                     let [offset, detail] = bands::vertex_bands(params, &buffers, 0, table, 0);
                     band_offsets[v] = offset;
-                    if params.folds != 0 {
+                    if params.wrinkles != 0 {
                         details[v] = detail;
                     }
                 }

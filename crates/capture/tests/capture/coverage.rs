@@ -47,7 +47,7 @@ fn rig() -> Rig<f64> {
     Rig::new(parts).unwrap()
 }
 
-/// Poses of these strains, without folds.
+/// Poses of these strains, without wrinkles.
 fn of_poses<const F: usize>(strains: &[[f64; F]]) -> FineScale<f64> {
     FineScale {
         pose_features: Table::new(strains.len(), F, strains.as_flattened().to_vec()),

@@ -1,11 +1,10 @@
 //! `rhytid animate`
 
 use super::channels::Channels;
+use super::fine_detail::FineDetail;
 use super::live::{FramesChoice, Listen};
 use super::placing::TakeReading;
-use super::values::{
-    HeadChoice, Json, StageChoice, parse_gain, parse_millimetres, parse_rate, parse_region, parse_shapes,
-};
+use super::values::{HeadChoice, Json, parse_millimetres, parse_rate, parse_shapes};
 use super::{DEVICE, GLTF, INPUT, OUTPUT, QUALITY, SIDE_FILES};
 use rhytid::formats::export::WrinkleGroup;
 use std::path::PathBuf;
@@ -96,27 +95,8 @@ pub(crate) struct Animate {
     #[command(flatten)]
     pub live: Listen,
 
-    /// How far to go.
-    #[arg(long, value_enum, default_value_t = StageChoice::Full, help_heading = QUALITY)]
-    pub stage: StageChoice,
-
-    /// Fade wrinkles out where they are unreliable.
-    ///
-    /// Wrinkles fade where markers were filled rather than measured, as the take's confidence says. They also
-    /// fade where a frame is far outside the examples.
-    #[arg(long, help_heading = QUALITY)]
-    pub fade_detail: bool,
-
-    /// Multiply the wrinkles, from 0 (none) to 2.
-    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain, help_heading = QUALITY)]
-    pub detail: f64,
-
-    /// The same in one region or about one handle.
-    ///
-    /// It can be given many times, and as the table “detail” of TAKE.toml. Regions follow from the handles'
-    /// names: brows, lids, nose, cheeks, lips, chin, jaw, forehead, ears, neck.
-    #[arg(long, value_name = "REGION=GAIN", value_parser = parse_region, help_heading = QUALITY)]
-    pub detail_of: Vec<(String, f64)>,
+    #[command(flatten)]
+    pub fine_detail: FineDetail,
 
     /// Make each frame as rigid as possible, for large bends.
     ///

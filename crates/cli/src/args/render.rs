@@ -1,9 +1,10 @@
 //! `rhytid render`
 
+use super::fine_detail::FineDetail;
 use super::placing::TakeReading;
 use super::skin::SkinLight;
-use super::values::{Json, StageChoice, parse_gain};
-use super::{CAMERA, DEVICE, INPUT, OUTPUT, QUALITY, SHOW};
+use super::values::{Json, StageChoice};
+use super::{CAMERA, DEVICE, INPUT, OUTPUT, SHOW};
 use clap::ValueEnum;
 use clap::builder::ArgPredicate;
 use rhytid::playback::FrameRange;
@@ -138,17 +139,8 @@ pub(crate) struct Render {
     #[command(flatten)]
     pub reading: TakeReading,
 
-    /// How far to go.
-    #[arg(long, value_enum, default_value_t = StageChoice::Full, help_heading = QUALITY)]
-    pub stage: StageChoice,
-
-    /// Fade wrinkles out where they are unreliable, as for `animate`.
-    #[arg(long, help_heading = QUALITY)]
-    pub fade_detail: bool,
-
-    /// Multiply the wrinkles, from 0 (none) to 2.
-    #[arg(long, value_name = "GAIN", default_value_t = 1.0, value_parser = parse_gain, help_heading = QUALITY)]
-    pub detail: f64,
+    #[command(flatten)]
+    pub fine_detail: FineDetail,
 
     /// The device to evaluate on, as `rhytid devices` names it.
     ///

@@ -2,14 +2,14 @@
 
 use super::listen;
 use super::masks::{self, Masks};
-use crate::args::{FramesChoice, HeadChoice, StageChoice};
+use crate::args::{FramesChoice, HeadChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, ChannelKind, DeviceInfo, Mesh, rig_file};
 use rhytid::evaluate::{Regions, StrainCurves, coverage};
 use rhytid::formats::animation::Format;
-use rhytid::formats::export::{self, Gains, HeadMotion, OutputStage, Recipe, WrinkleGroups, Written};
+use rhytid::formats::export::{self, HeadMotion, Recipe, WrinkleGroups, Written};
 use rhytid::formats::{FileKind, mesh, refuse_inputs};
 use rhytid::playback::{Correction, Layers, Performance, Selection};
 use rhytid::{Error, Result, Rig, Take};
@@ -240,13 +240,13 @@ fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Resu
     ChannelKind::ALL.into_iter().filter(lacks).for_each(|kind| channels.set(kind, false));
     Ok(Recipe {
         rig: rig_file::hash(&args.rig)?,
-        stage: args.stage.into(),
+        stage: args.fine_detail.stage.into(),
         fps: args.fps,
         missing: args.reading.missing.into(),
-        fade_detail: args.fade_detail,
+        fade_detail: args.fine_detail.fade,
         head: args.head.into(),
-        detail: args.detail,
-        detail_of: gains(args)?,
+        detail: args.fine_detail.gain,
+        detail_of: inputs::gains(&args.fine_detail, &args.reading)?,
         edit: layers.map(|layers| layers.text().to_owned()),
         edit_hash: layers.map(|layers| layers.hash().to_owned()),
         channels,
@@ -307,7 +307,7 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
     };
     log::warn!(
         "the take goes far outside what the examples show in {} ({}{more}), most in frame {} ({:.2} s) in the region {}: \
-         {:.1} times as {}; look at these frames, scan such an expression (`rhytid coverage` plans it), or let the folds \
+         {:.1} times as {}; look at these frames, scan such an expression (`rhytid coverage` plans it), or let the wrinkles \
          fade there with --fade-detail",
         human::counted(frames, "frame"),
         stretches.join(", "),
@@ -332,20 +332,10 @@ fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
     Regions::by_groups(rig.vertices(), &mesh::read_groups(&neutral, &args.rig, path)?)
 }
 
-/// The gains by region: those of the command line, and those of TAKE.toml for other regions.
-fn gains(args: &args::Animate) -> Result<Gains> {
-    let setup = inputs::setup(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
-    let given = |region: &String| args.detail_of.iter().any(|(other, _)| other == region);
-    let others = setup.detail.into_iter().filter(|(region, _)| !given(region));
-    let mut gains: Vec<(String, f64)> = args.detail_of.iter().cloned().chain(others).collect();
-    gains.sort_by(|a, b| a.0.cmp(&b.0));
-    Ok(Gains(gains))
-}
-
 /// Reports options that have no effect on this take. That is no error, since scripts give them to every take.
 fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
     let take_path = args.take.as_deref().unwrap_or(Path::new("what came")).display();
-    if args.fade_detail && take.confidence.is_none() && !is_far {
+    if args.fine_detail.fade && take.confidence.is_none() && !is_far {
         log::info!(
             "{take_path}: has no confidence below 1 and goes nowhere far from the examples, so --fade-detail changes nothing"
         );
@@ -360,24 +350,7 @@ fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
 
 /// An option that the stage or the format would ignore is a mistake.
 fn check_options(args: &args::Animate, format: Format) -> Result<()> {
-    if args.fade_detail && args.stage != StageChoice::Full {
-        return Err(Error::conflict(format!(
-            "--fade-detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
-            OutputStage::from(args.stage)
-        )));
-    }
-    if !args.detail_of.is_empty() && args.stage != StageChoice::Full {
-        return Err(Error::conflict(format!(
-            "--detail-of is for --stage full, found --stage {}, which has no detail; leave one of them out",
-            OutputStage::from(args.stage)
-        )));
-    }
-    if args.detail != 1.0 && args.stage != StageChoice::Full {
-        return Err(Error::conflict(format!(
-            "--detail is for --stage full, found --stage {}, which has no detail; leave one of them out",
-            OutputStage::from(args.stage)
-        )));
-    }
+    args.fine_detail.check()?;
     let for_gltf = [
         (args.compressed, "--compressed"),
         (args.quantize, "--quantize"),

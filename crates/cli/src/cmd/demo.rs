@@ -1,7 +1,7 @@
 //! `rhytid demo`
 
 use super::{animate, solve};
-use crate::args::{HeadChoice, StageChoice};
+use crate::args::HeadChoice;
 use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid::core::human;
@@ -162,11 +162,8 @@ fn animate(
         output: dir.join(file),
         device: "auto".to_owned(),
         frames: args::FramesChoice::Range(range),
-        stage: StageChoice::Full,
+        fine_detail: args::FineDetail::default(),
         fps: None,
-        fade_detail: false,
-        detail: 1.0,
-        detail_of: Vec::new(),
         edit: None,
         head: HeadChoice::Keep,
         channels: args::Channels::default(),
@@ -236,9 +233,7 @@ fn draw(
         matcap: None,
         texture: None,
         edit: None,
-        fade_detail: false,
-        detail: 1.0,
-        stage: StageChoice::Full,
+        fine_detail: args::FineDetail::default(),
         device: "auto".to_owned(),
         draw_on: None,
         reading: args::TakeReading::default(),

@@ -96,10 +96,10 @@ fn text(face: &Face, found: &Evaluation) -> String {
     text
 }
 
-fn comparison(Comparison { method, errors: e, fold_band_rms_mm }: &Comparison) -> [String; 7] {
-    let numbers = [e.rms_mm, e.p95_mm, e.p99_9_mm, e.worst_mm, *fold_band_rms_mm].map(mm);
-    let [rms, p95, p99_9, worst, folds] = numbers;
-    [(*method).into(), rms, p95, p99_9, worst, folds, regions(e)]
+fn comparison(Comparison { method, errors: e, wrinkle_band_rms_mm }: &Comparison) -> [String; 7] {
+    let numbers = [e.rms_mm, e.p95_mm, e.p99_9_mm, e.worst_mm, *wrinkle_band_rms_mm].map(mm);
+    let [rms, p95, p99_9, worst, wrinkles] = numbers;
+    [(*method).into(), rms, p95, p99_9, worst, wrinkles, regions(e)]
 }
 
 /// The regions with the largest errors.

@@ -28,9 +28,9 @@ pub(super) fn run(args: &args::Explain, ui: &Ui) -> Result<()> {
     let explain = |&vertex: &usize| Ok(Explained::new(vertex, &rig.explain(vertex, handles)?, &rig));
     let vertices: Vec<Explained> = args.vertex.iter().map(explain).collect::<Result<_>>()?;
     ui.clear();
-    let folds_along = if rig.vector_folds() { "mesh axes" } else { "tangent, bitangent, normal" };
+    let wrinkles_along = if rig.vector_wrinkles() { "mesh axes" } else { "tangent, bitangent, normal" };
     if args.json.wanted {
-        return output::json(&Report { frame: args.frame, time, folds_along, vertices });
+        return output::json(&Report { frame: args.frame, time, wrinkles_along, vertices });
     }
     let texts = vertices.iter().map(|vertex| vertex.text(args.frame, time));
     output::say(&texts.collect::<Vec<_>>().join("\n\n"))
@@ -42,8 +42,9 @@ struct Report {
     frame: usize,
     /// In seconds.
     time: f64,
-    /// The axes of the three numbers of folds.
-    folds_along: &'static str,
+    /// The axes of the three numbers of wrinkles.
+    #[serde(rename = "folds_along")]
+    wrinkles_along: &'static str,
     vertices: Vec<Explained>,
 }
 
@@ -60,7 +61,8 @@ struct Explained {
     /// The nearest first.
     examples: Vec<Example>,
     /// The wrinkles of all examples together.
-    folds_mm: [f64; 3],
+    #[serde(rename = "folds_mm")]
+    wrinkles_mm: [f64; 3],
 }
 
 #[derive(Serialize)]
@@ -80,12 +82,13 @@ struct Edge {
 struct Example {
     name: String,
     distance: f64,
-    folds_mm: [f64; 3],
+    #[serde(rename = "folds_mm")]
+    wrinkles_mm: [f64; 3],
 }
 
 impl Explained {
     fn new(vertex: usize, explanation: &Explanation, rig: &Rig) -> Self {
-        let millimetres = |fold: [f64; 3]| fold.map(|x| x * 1e3 * rig.surface().metres_per_unit);
+        let millimetres = |wrinkle: [f64; 3]| wrinkle.map(|x| x * 1e3 * rig.surface().metres_per_unit);
         let label = |handle: HandleId| rig.handles().labels[handle.index()].clone();
         let weights = |shares: &[HandleShare]| {
             let weight = |share: &HandleShare| Weight { handle: label(share.handle), weight: share.weight };
@@ -99,7 +102,7 @@ impl Explained {
         let examples = explanation.examples.iter().zip(&rig.examples().names).map(|(share, name)| Example {
             name: name.clone(),
             distance: share.distance,
-            folds_mm: millimetres(share.fold),
+            wrinkles_mm: millimetres(share.wrinkle),
         });
         let mut examples: Vec<Example> = examples.collect();
         examples.sort_by(|a, b| a.distance.total_cmp(&b.distance));
@@ -112,7 +115,7 @@ impl Explained {
             anchors: weights(&explanation.anchors),
             from_rest: explanation.from_rest,
             examples,
-            folds_mm: millimetres(explanation.fold()),
+            wrinkles_mm: millimetres(explanation.wrinkle()),
         }
     }
 
@@ -143,15 +146,15 @@ impl Explained {
         };
         part(["strain edge", "weight", "strain"], self.strain_edges.iter().map(edge).collect());
         part(["anchor", "weight", ""], weights(&self.anchors));
-        let length = |fold: &[f64; 3]| fold.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let length = |wrinkle: &[f64; 3]| wrinkle.iter().map(|x| x * x).sum::<f64>().sqrt();
         let example = |e: &Example| {
-            [e.name.clone(), format!("{:.3}", e.distance), format!("{:.3} mm", length(&e.folds_mm))]
+            [e.name.clone(), format!("{:.3}", e.distance), format!("{:.3} mm", length(&e.wrinkles_mm))]
         };
         part(["example", "how far", "of the wrinkles"], self.examples.iter().map(example).collect());
         text += &format!(
             "\n\n{:.3} from rest; the wrinkles are {:.3} mm together",
             self.from_rest,
-            length(&self.folds_mm)
+            length(&self.wrinkles_mm)
         );
         text
     }

@@ -63,7 +63,7 @@ impl Masks {
     /// `None` if no masks are requested.
     ///
     /// # Errors
-    /// As [`check`], and [`Playback::example_folds`].
+    /// As [`check`], and [`Playback::example_wrinkles`].
     pub(super) fn new(
         args: &args::Animate,
         performance: &Performance,
@@ -73,19 +73,21 @@ impl Masks {
         let (Some(size), Some(to)) = (args.masks, pictures(args)) else { return Ok(None) };
         let (rig, recipe) = (&performance.rig, &performance.recipe);
         let channels = WrinkleMasks::channels_of(&channels_of(rig, recipe)?);
-        let of_examples = playback.example_folds(ui)?;
+        let of_examples = playback.example_wrinkles(ui)?;
         let examples_of = |channel: usize| match recipe.wrinkle_groups.0.get(channel) {
             Some(group) => rig.examples().names.iter().map(|name| group.examples.contains(name)).collect(),
             None => (0..of_examples.len()).map(|example| example == channel).collect::<Vec<bool>>(),
         };
-        let folds = (0..channels.len()).map(|channel| {
+        let wrinkles = (0..channels.len()).map(|channel| {
             let mut sum = vec![0.0; rig.vertices()];
             let examples = of_examples.iter().zip(examples_of(channel)).filter(|(_, is_in)| *is_in);
-            examples.for_each(|(folds, _)| sum.iter_mut().zip(folds).for_each(|(sum, fold)| *sum += fold));
+            examples.for_each(|(wrinkles, _)| {
+                sum.iter_mut().zip(wrinkles).for_each(|(sum, wrinkle)| *sum += wrinkle);
+            });
             sum
         });
-        let folds: Vec<Vec<f32>> = folds.collect();
-        let masks = WrinkleMasks::new(rig, channels, &folds, size as usize)?;
+        let wrinkles: Vec<Vec<f32>> = wrinkles.collect();
+        let masks = WrinkleMasks::new(rig, channels, &wrinkles, size as usize)?;
         Ok(Some(Self { masks, to, next: performance.selection.first }))
     }
 

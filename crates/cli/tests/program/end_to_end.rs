@@ -154,7 +154,7 @@ fn methods() {
     assert_eq!(chapter.len(), f.read("below.safetensors").len());
 }
 
-/// Both stages meet the take's markers; only the full one folds between them.
+/// Both stages meet the take's markers; only the full one wrinkles between them.
 #[test]
 fn stages() {
     let f = Fixture::new();
@@ -187,7 +187,7 @@ fn stages() {
     assert!(difference(&full[0], &coarse[0]) < 1e-4, "the rest pose has no detail");
     let at_the_example = difference(&full[16], &coarse[16]);
     // The linear band has taken the smooth part of it.
-    assert!(at_the_example > 0.05, "the example has folds: {at_the_example}");
+    assert!(at_the_example > 0.05, "the example has wrinkles: {at_the_example}");
 }
 
 /// An uneven take is resampled, with a message.

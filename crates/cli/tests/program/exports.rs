@@ -114,7 +114,7 @@ fn verify_finds_what_is_wrong() {
     let (code, report) = verify(&f, "face.usd", "other.csv");
     assert_eq!((code, &report["passed"], &report["frame"]), (1, &false.into(), &7.into()), "{report}");
     assert!((report["worst_mm"].as_f64().unwrap() - 0.1).abs() < 0.03, "{report}");
-    // The skin around the marker is compressed, and its folds move it somewhat farther than the marker.
+    // The skin around the marker is compressed, and its wrinkles move it somewhat farther than the marker.
     let vertex = report["vertex"].as_u64().unwrap() as usize;
     assert!(vertex.abs_diff(f.handle(0)) % 21 <= 3, "{report}");
 

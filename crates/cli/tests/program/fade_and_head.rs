@@ -303,12 +303,12 @@ fn detail_is_turned_down_and_up() {
     );
     let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
     let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
-    let mut folds = 0.0_f32;
+    let mut wrinkles = 0.0_f32;
     for frame in 0..full.len() {
         for (gained, gain) in [(none, 0.0), (half, 0.5), (twice, 2.0), (once, 1.0)] {
             let pairs = full[frame][0].iter().zip(&smooth[frame][0]).zip(&gained[frame][0]);
             for ((full, smooth), found) in pairs {
-                folds = folds.max((full - smooth).abs());
+                wrinkles = wrinkles.max((full - smooth).abs());
                 let expected = smooth + gain * (full - smooth);
                 assert!(
                     (found - expected).abs() < 1e-5,
@@ -325,7 +325,7 @@ fn detail_is_turned_down_and_up() {
             assert!((found - expected).abs() < 1e-3, "frame {frame}: normal {found} instead of {expected}");
         }
     }
-    assert!(folds > 0.02, "the demo folds by {folds} cm");
+    assert!(wrinkles > 0.02, "the demo wrinkles by {wrinkles} cm");
     f.refused("animate face.safetensors take.csv -o x.usd --detail 3", &["expected a number from 0 to 2"]);
     f.refused(
         "animate face.safetensors take.csv -o x.usd --detail 0.5 --stage large-scale",
@@ -383,6 +383,17 @@ fn detail_is_turned_down_by_region() {
     f.refused(
         "animate face.safetensors take.csv -o out/face.usd --stage large-scale --detail-of lids=0.5",
         &["--detail-of is for --stage full"],
+    );
+    let picture = |name: &str, options: &str| {
+        f.rhytid(&format!("render face.safetensors take.csv -o {name} --frame 4 --size 200x200 {options}"));
+        std::fs::read(f.path(name)).unwrap()
+    };
+    let drawn = picture("region.png", region);
+    assert_eq!(picture("setup.png", "--setup anna.toml"), drawn, "pictures too");
+    assert_ne!(picture("full.png", ""), drawn);
+    f.refused(
+        "render face.safetensors take.csv -o out/x.png --frame 4 --stage large-scale --fade-detail",
+        &["--fade-detail is for --stage full"],
     );
     animate(&f, "take.csv", "a.usd", &format!("{region} --frames 0..5"));
     animate(&f, "take.csv", "b.usd", "--frames 5..9");

@@ -222,7 +222,7 @@ fn their_json_has_the_documented_keys() {
 
 /// The reported wrinkles of a vertex are what `animate` adds to the large scale there.
 #[test]
-fn explain_accounts_for_the_folds() {
+fn explain_accounts_for_the_wrinkles() {
     let f = Fixture::new();
     f.done("solve face.toml -o face.safetensors");
     for stage in ["full", "large-scale"] {
@@ -252,7 +252,7 @@ fn explain_accounts_for_the_folds() {
             largest = largest.max(expected.abs());
         }
     }
-    assert!(largest > 1e-3, "no folds there");
+    assert!(largest > 1e-3, "no wrinkles there");
     let text = f.done("explain face.safetensors take.csv --frame 7 --vertex 3");
     for words in ["vertex 3 in frame 7", "strain edge", "of the wrinkles", "from rest"] {
         assert!(text.contains(words), "{words}: {text}");

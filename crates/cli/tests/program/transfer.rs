@@ -1,4 +1,4 @@
-//! `transfer`: a sheet's folds on another sheet, and what is refused.
+//! `transfer`: a sheet's wrinkles on another sheet, and what is refused.
 
 use crate::common::{Fixture, assert_documented, list, stderr};
 use rhytid::formats::{animation, mesh, tables, take};

@@ -57,7 +57,7 @@ impl Plan {
                 let examples = centers - 1;
                 self.stored(rig.half_example_weights().of_rows(part).as_flattened(), examples * 3)
             }
-            Buffer::FoldWeights => self.fold_weights(rig, part),
+            Buffer::WrinkleWeights => self.wrinkle_weights(rig, part),
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
                 let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
@@ -88,14 +88,14 @@ impl Plan {
         }
     }
 
-    /// The weights of a part's folds, computed from the example weights as they are stored.
-    fn fold_weights(&self, rig: &Rig, part: Range<usize>) -> Cow<'static, [u8]> {
+    /// The weights of a part's wrinkles, computed from the example weights as they are stored.
+    fn wrinkle_weights(&self, rig: &Rig, part: Range<usize>) -> Cow<'static, [u8]> {
         let mut half = rig.half_example_weights();
         if self.fp16_basis {
             half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
         }
-        let all = rig.fold_weights(&half);
-        owned(&tiled(all.of_rows(part).as_flattened(), self.sizes.fold_weights() * 3))
+        let all = rig.wrinkle_weights(&half);
+        owned(&tiled(all.of_rows(part).as_flattened(), self.sizes.wrinkle_weights() * 3))
     }
 
     /// What to write before a batch runs.

@@ -35,7 +35,7 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::RbfWeights
         | Buffer::Pivots
         | Buffer::ExampleWeights
-        | Buffer::FoldWeights
+        | Buffer::WrinkleWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
         Buffer::HandlePositions | Buffer::Displacements | Buffer::Motions => Extent::Input,

@@ -1,9 +1,9 @@
-//! The fine scale of a rig: its folds.
+//! The fine scale of a rig: its wrinkles.
 use super::number;
 use crate::Table;
 use rhytid_kernels::Real;
 
-/// The folds as radial basis functions of N centres.
+/// The wrinkles as radial basis functions of N centres.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FineScale<T: Real = f32> {
     /// f_j, N×F strains of the centres (section 6); row 0 is zero.

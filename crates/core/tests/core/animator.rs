@@ -212,9 +212,9 @@ fn what_f32_cannot_hold_is_not_rounded() {
 }
 
 #[test]
-fn folds_that_f32_cannot_hold_are_not_scaled() {
-    refused(rig().scale_folds(|v| if v == 13 { 1e300 } else { 1.0 }), &["rbf_weights[80] is"]);
-    assert_eq!(rig().scale_folds(|_| 1.0).unwrap(), rig());
+fn wrinkles_that_f32_cannot_hold_are_not_scaled() {
+    refused(rig().scale_wrinkles(|v| if v == 13 { 1e300 } else { 1.0 }), &["rbf_weights[80] is"]);
+    assert_eq!(rig().scale_wrinkles(|_| 1.0).unwrap(), rig());
 }
 
 #[test]

@@ -3,8 +3,8 @@
 
 use rhytid_core::plan::{Plan, PlanLimits, Role};
 use rhytid_core::{
-    BasisStorage, DeviceErrorKind, Error, Faces, FoldStrains, HandleFrames, NoProgress, Rig, RigParts, Stage,
-    Table, UploadOptions, VertexId,
+    BasisStorage, DeviceErrorKind, Error, Faces, HandleFrames, NoProgress, Rig, RigParts, Stage, Table,
+    UploadOptions, VertexId, WrinkleStrains,
 };
 use rhytid_kernels::table::{Buffer, Each, Kernel};
 use rhytid_solve::solve;
@@ -51,9 +51,9 @@ fn times<T: Copy>(table: &Table<T>, copies: usize) -> Table<T> {
     Table::new(table.height() * copies, table.columns(), table.as_slice().repeat(copies))
 }
 
-/// The rig with folds of strain lengths.
+/// The rig with wrinkles of strain lengths.
 fn of_lengths(rig: Rig) -> Rig {
-    changed(&rig, |r| r.learned.as_mut().unwrap().fold_strains = FoldStrains::Lengths).unwrap()
+    changed(&rig, |r| r.learned.as_mut().unwrap().wrinkle_strains = WrinkleStrains::Lengths).unwrap()
 }
 
 /// The same, whose handles turn.
@@ -67,7 +67,7 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
     let chapter = changed(&vectors, |r| r.learned = None).unwrap();
     let without_detail: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| *stage != Stage::Detail).collect();
     // Nothing is made for kernels that do not run: the bands in the chapter's method, and the detail where
-    // the bands have the folds.
+    // the bands have the wrinkles.
     for (rig, kernels, buffers, in_order) in [
         (vectors.clone(), 7, 26, &without_detail[..]),
         (lengths, 9, 30, &Stage::ALL[..]),

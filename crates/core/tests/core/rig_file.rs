@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 use rhytid_core::{
-    Error, FoldStrains, InputErrorKind, Materials, NoProgress, Rig, StrainEdgeId, Table, Uvs, rig_file,
+    Error, InputErrorKind, Materials, NoProgress, Rig, StrainEdgeId, Table, Uvs, WrinkleStrains, rig_file,
 };
 use rhytid_solve::solve;
 use rhytid_test_support::changed;
@@ -229,8 +229,8 @@ fn any_reader_of_safetensors_finds_the_arrays() {
         "version": 5, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
         "bending_length": RIG.bending_length(), "beta": RIG.influences().beta,
         "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
-        "learned": {"share": 1.0, "ridge": 0.01, "fold_ridge": 0.001, "marker_noise": 0.005, "reach": 1.0,
-            "fold_strains": "vectors"},
+        "learned": {"share": 1.0, "ridge": 0.01, "wrinkle_ridge": 0.001, "marker_noise": 0.005, "reach": 1.0,
+            "wrinkle_strains": "vectors"},
     });
     assert_eq!(metadata, expected);
 }
@@ -270,13 +270,29 @@ fn what_is_not_said_of_the_learned_method() {
     let bytes = with_metadata(|m| {
         let learned = m["learned"].as_object_mut().unwrap();
         learned.remove("reach");
-        learned.remove("fold_strains");
+        learned.remove("wrinkle_strains");
     });
     let rig = rig_file::decode(&bytes, "x").unwrap();
     let learned = rig.learned().unwrap();
-    assert_eq!((learned.reach, learned.fold_strains), (f64::INFINITY, FoldStrains::Lengths));
+    assert_eq!((learned.reach, learned.wrinkle_strains), (f64::INFINITY, WrinkleStrains::Lengths));
     let written = rig_file::encode(&rig).unwrap();
     assert_eq!(rig_file::decode(&written, "x").unwrap(), rig);
+}
+
+/// Files from before the keys were renamed mean the same.
+#[test]
+fn the_former_names_of_keys_are_read() {
+    let bytes = with_metadata(|m| {
+        let learned = m["learned"].as_object_mut().unwrap();
+        for (former, key) in [("fold_ridge", "wrinkle_ridge"), ("fold_strains", "wrinkle_strains")] {
+            let value = learned.remove(key).unwrap();
+            learned.insert(former.into(), value);
+        }
+    });
+    assert_ne!(bytes, with_metadata(|_| ()));
+    let now = rig_file::decode(&with_metadata(|_| ()), "x").unwrap();
+    assert_eq!(now.learned().unwrap().wrinkle_strains, WrinkleStrains::Vectors);
+    assert_eq!(rig_file::decode(&bytes, "x").unwrap(), now);
 }
 
 #[test]
@@ -299,10 +315,10 @@ fn metadata_out_of_range() {
     damaged(&|m| m["learned"]["ridge"] = 0.0.into(), &["ridge is 0, which"]);
     damaged(&|m| m["learned"]["marker_noise"] = (-1.0).into(), &["marker_noise is -1, which"]);
     damaged(&|m| m["learned"]["reach"] = 0.5.into(), &["reach is 0.5, which"]);
-    damaged(&|m| m["learned"]["fold_strains"] = "world".into(), &["metadata", "`world`"]);
+    damaged(&|m| m["learned"]["wrinkle_strains"] = "world".into(), &["metadata", "`world`"]);
     damaged(
-        &|m| drop(m["learned"].as_object_mut().unwrap().remove("fold_ridge")),
-        &["metadata", "fold_ridge"],
+        &|m| drop(m["learned"].as_object_mut().unwrap().remove("wrinkle_ridge")),
+        &["metadata", "wrinkle_ridge"],
     );
     // A number that no float64 holds.
     let bytes = with_header(|h| {

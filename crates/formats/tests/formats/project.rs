@@ -1,6 +1,6 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
-use rhytid_core::{Bind, Error, FoldStrains, UpAxis};
+use rhytid_core::{Bind, Error, UpAxis, WrinkleStrains};
 use rhytid_formats::mesh::NormalMapConvention;
 use rhytid_formats::project::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
@@ -48,9 +48,9 @@ max_influences = 8
 [learned]
 share = 0.5
 ridge = 1e-3
-fold_ridge = 0.01
+wrinkle_ridge = 0.01
 reach = inf
-fold_strains = "lengths"
+wrinkle_strains = "lengths"
 marker_noise = 0
 "#;
 
@@ -92,10 +92,10 @@ fn full() -> Project {
         learned: LearnedSection {
             share: Some(0.5),
             ridge: Some(1e-3),
-            fold_ridge: Some(0.01),
+            wrinkle_ridge: Some(0.01),
             marker_noise: Some(0.0),
             reach: Some(f64::INFINITY),
-            fold_strains: Some(FoldStrains::Lengths),
+            wrinkle_strains: Some(WrinkleStrains::Lengths),
         },
     }
 }
@@ -121,6 +121,20 @@ fn the_method_is_understood_where_it_once_was() {
     );
     let Err(Error::Input(found)) = with("method = 'book'", "") else { panic!("no such method") };
     assert!(found.sentence().contains("method is \"book\", expected \"learned\" or \"chapter\""), "{found}");
+}
+
+/// Keys by their former names mean the same, and no file has a key by both.
+#[test]
+fn the_former_names_of_keys_are_understood() {
+    let before = FULL.replace("wrinkle_ridge", "fold_ridge").replace("wrinkle_strains", "fold_strains");
+    assert_eq!(parse(&before, "x.toml").unwrap(), full());
+    let wrong = before.replace("\"lengths\"", "\"world\"");
+    let Err(Error::Input(found)) = parse(&wrong, "x.toml") else { panic!("no such strains") };
+    assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
+    let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
+    let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
+    let words = "line 45: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    assert!(found.sentence().contains(words), "{found}");
 }
 
 #[test]
@@ -194,7 +208,7 @@ fn projects_that_would_not_read_back_are_not_written() {
         (change(|p| p.fine_scale.max_influences = 0), "max_influences is 0"),
         (change(|p| p.learned.share = Some(1.5)), "[learned] share is 1.5, expected a number from 0 to 1"),
         (change(|p| p.learned.ridge = Some(0.0)), "[learned] ridge is 0.0, expected a number above 0"),
-        (change(|p| p.learned.fold_ridge = Some(-1.0)), "[learned] fold_ridge is -1.0"),
+        (change(|p| p.learned.wrinkle_ridge = Some(-1.0)), "[learned] wrinkle_ridge is -1.0"),
         (change(|p| p.learned.marker_noise = Some(f64::INFINITY)), "[learned] marker_noise is inf"),
         (
             change(|p| p.learned.reach = Some(0.5)),

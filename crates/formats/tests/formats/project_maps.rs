@@ -1,4 +1,4 @@
-//! Examples whose folds are an artist's image.
+//! Examples whose wrinkles are an artist's image.
 
 use rhytid_core::Face;
 use rhytid_formats::{Reach, project};

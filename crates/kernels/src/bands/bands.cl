@@ -30,7 +30,7 @@ typedef struct {
     uint features;
     uint centers;
     uint fp16;
-    uint folds;
+    uint wrinkles;
 } Params;
 
 // Number i of half of c, and those of the vertices after it; fp16 where params.fp16 is 1.
@@ -40,8 +40,8 @@ static Floats example_weight(__global const uint *example_weights, const Params 
 }
 
 // Where vector j of vertex i is in a, b and w.
-static uint fold_weight(const Params params, uint i, uint j) {
-    uint vectors = params.folds != 0 ? params.centers + 1 : 1;
+static uint wrinkle_weight(const Params params, uint i, uint j) {
+    uint vectors = params.wrinkles != 0 ? params.centers + 1 : 1;
     return ((i / 16 * vectors + j) * 48 + i % 16) / VERTICES;
 }
 
@@ -51,7 +51,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
     __global const uint *restrict influences,
     __global const float *restrict influence_weights,
     __global const uint *restrict example_weights,
-    __global const float *restrict fold_weights,
+    __global const float *restrict wrinkle_weights,
     __global float *restrict band_offsets,
     __global float *restrict local_detail,
     const Params params)
@@ -62,15 +62,15 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
         return;
     }
     uint eights = (params.centers + 7) / 8;
-    __global const Floats *weights = (__global const Floats *)fold_weights;
+    __global const Floats *weights = (__global const Floats *)wrinkle_weights;
     Lanes offset[FRAMES][3];
     Lanes detail[FRAMES][3];
     for (uint g = 0; g < FRAMES; g++) {
         for (uint c = 0; c < 3; c++) {
-            offset[g][c].all = weights[fold_weight(params, i, 0) + c * (16 / VERTICES)];
+            offset[g][c].all = weights[wrinkle_weight(params, i, 0) + c * (16 / VERTICES)];
             detail[g][c].all = (Floats)(0.0f);
-            if (params.folds != 0) {
-                detail[g][c].all = weights[fold_weight(params, i, 1) + c * (16 / VERTICES)];
+            if (params.wrinkles != 0) {
+                detail[g][c].all = weights[wrinkle_weight(params, i, 1) + c * (16 / VERTICES)];
             }
         }
     }
@@ -125,8 +125,8 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
                 offset[g][1].all += y * along;
                 offset[g][2].all += z * along;
             }
-            if (params.folds != 0) {
-                __global const Floats *w = weights + fold_weight(params, i, center + 1);
+            if (params.wrinkles != 0) {
+                __global const Floats *w = weights + wrinkle_weight(params, i, center + 1);
                 for (uint g = 0; g < FRAMES; g++) {
                     Floats farther = sqrt(squares[g][j]) - rest[g];
                     detail[g][0].all += w[0] * farther;
@@ -142,7 +142,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
                 uint result = 3 * ((frame + g) * params.vertices + params.first_vertex + i + lane);
                 for (uint c = 0; c < 3; c++) {
                     band_offsets[result + c] = offset[g][c].of[lane];
-                    if (params.folds != 0) {
+                    if (params.wrinkles != 0) {
                         local_detail[result + c] = detail[g][c].of[lane];
                     }
                 }

@@ -11,14 +11,14 @@ layout(push_constant, std430) uniform Params {
     uint features;
     uint centers;
     uint fp16;
-    uint folds;
+    uint wrinkles;
 } params;
 layout(std430, binding = 0) readonly buffer SquaredVectorDifferences { vec4 squared_vector_differences[]; };
 layout(std430, binding = 1) readonly buffer InfluenceOffsets { uint influence_offsets[]; };
 layout(std430, binding = 2) readonly buffer Influences { uint influences[]; };
 layout(std430, binding = 3) readonly buffer InfluenceWeights { float influence_weights[]; };
 layout(std430, binding = 4) readonly buffer ExampleWeights { uint example_weights[]; };
-layout(std430, binding = 5) readonly buffer FoldWeights { float fold_weights[]; };
+layout(std430, binding = 5) readonly buffer WrinkleWeights { float wrinkle_weights[]; };
 layout(std430, binding = 6) writeonly buffer BandOffsets { float band_offsets[]; };
 layout(std430, binding = 7) writeonly buffer LocalDetail { float local_detail[]; };
 
@@ -32,10 +32,10 @@ float example_weight(uint i) {
 }
 
 // Vector j of vertex i of a, b and w.
-vec3 fold_weight(uint i, uint j) {
-    uint vectors = params.folds != 0 ? params.centers + 1 : 1;
+vec3 wrinkle_weight(uint i, uint j) {
+    uint vectors = params.wrinkles != 0 ? params.centers + 1 : 1;
     uint at = (i / 16 * vectors + j) * 48 + i % 16;
-    return vec3(fold_weights[at], fold_weights[at + 16], fold_weights[at + 32]);
+    return vec3(wrinkle_weights[at], wrinkle_weights[at + 16], wrinkle_weights[at + 32]);
 }
 
 // One of eight numbers. Written so that no array is indexed by what differs between invocations.
@@ -50,8 +50,8 @@ void main() {
     uint i = min(gl_GlobalInvocationID.x, params.part_vertices - 1);
     uint frame = FRAMES * gl_GlobalInvocationID.y;
     uint eights = (params.centers + 7) / 8;
-    vec3 constant = fold_weight(i, 0);
-    vec3 at_rest = params.folds != 0 ? fold_weight(i, 1) : vec3(0.0);
+    vec3 constant = wrinkle_weight(i, 0);
+    vec3 at_rest = params.wrinkles != 0 ? wrinkle_weight(i, 1) : vec3(0.0);
     vec3 offset[4];
     vec3 detail[4];
     // The distance from the rest pose, squared and not.
@@ -97,8 +97,8 @@ void main() {
             for (uint g = 0; g < FRAMES; g++) {
                 offset[g] += c * (squared_rest[g] - one_of(low[g], high[g], j));
             }
-            if (params.folds != 0) {
-                vec3 w = fold_weight(i, center + 1);
+            if (params.wrinkles != 0) {
+                vec3 w = wrinkle_weight(i, center + 1);
                 for (uint g = 0; g < FRAMES; g++) {
                     detail[g] += w * (sqrt(one_of(low[g], high[g], j)) - rest[g]);
                 }
@@ -111,7 +111,7 @@ void main() {
             band_offsets[result] = offset[g].x;
             band_offsets[result + 1] = offset[g].y;
             band_offsets[result + 2] = offset[g].z;
-            if (params.folds != 0) {
+            if (params.wrinkles != 0) {
                 local_detail[result] = detail[g].x;
                 local_detail[result + 1] = detail[g].y;
                 local_detail[result + 2] = detail[g].z;

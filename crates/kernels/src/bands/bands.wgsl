@@ -9,7 +9,7 @@ struct Params {
     features: u32,
     centers: u32,
     fp16: u32,
-    folds: u32,
+    wrinkles: u32,
 }
 
 @group(0) @binding(0) var<storage, read> squared_vector_differences: array<vec4f>;
@@ -17,7 +17,7 @@ struct Params {
 @group(0) @binding(2) var<storage, read> influences: array<u32>;
 @group(0) @binding(3) var<storage, read> influence_weights: array<f32>;
 @group(0) @binding(4) var<storage, read> example_weights: array<u32>;
-@group(0) @binding(5) var<storage, read> fold_weights: array<f32>;
+@group(0) @binding(5) var<storage, read> wrinkle_weights: array<f32>;
 @group(0) @binding(6) var<storage, read_write> band_offsets: array<f32>;
 @group(0) @binding(7) var<storage, read_write> local_detail: array<f32>;
 @group(0) @binding(8) var<uniform> params: Params;
@@ -32,10 +32,10 @@ fn example_weight(i: u32) -> f32 {
 }
 
 // Vector j of vertex i of a, b and w.
-fn fold_weight(i: u32, j: u32) -> vec3f {
-    let vectors = select(1, params.centers + 1, params.folds != 0);
+fn wrinkle_weight(i: u32, j: u32) -> vec3f {
+    let vectors = select(1, params.centers + 1, params.wrinkles != 0);
     let at = (i / 16 * vectors + j) * 48 + i % 16;
-    return vec3f(fold_weights[at], fold_weights[at + 16], fold_weights[at + 32]);
+    return vec3f(wrinkle_weights[at], wrinkle_weights[at + 16], wrinkle_weights[at + 32]);
 }
 
 // One of eight numbers. Written so that no array is indexed by what differs between invocations.
@@ -51,10 +51,10 @@ fn bands(@builtin(global_invocation_id) id: vec3u) {
     let i = min(id.x, params.part_vertices - 1);
     let frame = FRAMES * id.y;
     let eights = (params.centers + 7) / 8;
-    let constant = fold_weight(i, 0);
+    let constant = wrinkle_weight(i, 0);
     var at_rest = vec3f(0.0);
-    if params.folds != 0 {
-        at_rest = fold_weight(i, 1);
+    if params.wrinkles != 0 {
+        at_rest = wrinkle_weight(i, 1);
     }
     var offset: array<vec3f, 4>;
     var detail: array<vec3f, 4>;
@@ -97,8 +97,8 @@ fn bands(@builtin(global_invocation_id) id: vec3u) {
             for (var g = 0u; g < FRAMES; g++) {
                 offset[g] += c * (squared_rest[g] - one_of(low[g], high[g], j));
             }
-            if params.folds != 0 {
-                let w = fold_weight(i, center + 1);
+            if params.wrinkles != 0 {
+                let w = wrinkle_weight(i, center + 1);
                 for (var g = 0u; g < FRAMES; g++) {
                     detail[g] += w * (sqrt(one_of(low[g], high[g], j)) - rest[g]);
                 }
@@ -111,7 +111,7 @@ fn bands(@builtin(global_invocation_id) id: vec3u) {
             band_offsets[result] = offset[g].x;
             band_offsets[result + 1] = offset[g].y;
             band_offsets[result + 2] = offset[g].z;
-            if params.folds != 0 {
+            if params.wrinkles != 0 {
                 local_detail[result] = detail[g].x;
                 local_detail[result + 1] = detail[g].y;
                 local_detail[result + 2] = detail[g].z;

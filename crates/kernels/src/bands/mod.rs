@@ -19,13 +19,13 @@ parameter_block!(
     /// 1 where `example_weights` is stored as fp16, 0 where it is not. The reference has numbers of its own
     /// type and ignores this.
     fp16,
-    /// 1 where the folds are functions of vector strains too, 0 where they are not.
-    folds,
+    /// 1 where the wrinkles are functions of vector strains too, 0 where they are not.
+    wrinkles,
 );
 
 impl Params {
     /// For a rig in one piece, of V vertices, F + H features and N centres.
-    pub fn whole(frames: usize, vertices: usize, features: usize, centers: usize, folds: bool) -> Self {
+    pub fn whole(frames: usize, vertices: usize, features: usize, centers: usize, wrinkles: bool) -> Self {
         let [frames, vertices, features, centers] = [frames, vertices, features, centers].map(|n| n as u32);
         Self {
             frames,
@@ -35,19 +35,19 @@ impl Params {
             features,
             centers,
             fp16: 0,
-            folds: u32::from(folds),
+            wrinkles: u32::from(wrinkles),
         }
     }
 
-    /// The vectors of `fold_weights` that each vertex has.
-    pub fn fold_weights(&self) -> usize {
-        fold_weights(self.centers as usize, self.folds != 0)
+    /// The vectors of `wrinkle_weights` that each vertex has.
+    pub fn wrinkle_weights(&self) -> usize {
+        wrinkle_weights(self.centers as usize, self.wrinkles != 0)
     }
 }
 
-/// The vectors of `fold_weights` that each vertex has, for N centres.
-pub fn fold_weights(centers: usize, folds: bool) -> usize {
-    if folds { centers + 1 } else { 1 }
+/// The vectors of `wrinkle_weights` that each vertex has, for N centres.
+pub fn wrinkle_weights(centers: usize, wrinkles: bool) -> usize {
+    if wrinkles { centers + 1 } else { 1 }
 }
 
 /// The share of strain edges in the weights of a vertex's influences. Anchors have the rest.
@@ -71,12 +71,12 @@ pub struct Buffers<'a, T> {
     pub anchor_weights: &'a [T],
     /// c / 2, V×P.
     pub example_weights: &'a [[T; 3]],
-    /// a, b and w, V×[`Params::fold_weights`].
-    pub fold_weights: &'a [[T; 3]],
+    /// a, b and w, V×[`Params::wrinkle_weights`].
+    pub wrinkle_weights: &'a [[T; 3]],
 }
 
-/// o and d of vertex `i` of the part, given the table of one frame; `strain_edges` is F. Without folds, d is
-/// zero.
+/// o and d of vertex `i` of the part, given the table of one frame; `strain_edges` is F. Without wrinkles, d
+/// is zero.
 pub fn vertex_bands<T: Real>(
     params: Params,
     buffers: &Buffers<'_, T>,
@@ -99,7 +99,7 @@ pub fn vertex_bands<T: Real>(
         }
         sum
     };
-    let weights = &buffers.fold_weights[i * params.fold_weights()..][..params.fold_weights()];
+    let weights = &buffers.wrinkle_weights[i * params.wrinkle_weights()..][..params.wrinkle_weights()];
     let (mut offset, mut detail) = (weights[0], weights.get(1).copied().unwrap_or_default());
     let rest = distance(0);
     for (p, c) in buffers.example_weights[i * (centers - 1)..][..centers - 1].iter().enumerate() {
@@ -118,7 +118,7 @@ pub fn vertex_bands<T: Real>(
     [offset, detail]
 }
 
-/// The reference; `strain_edges` is F. `local_detail` is not written without folds.
+/// The reference; `strain_edges` is F. `local_detail` is not written without wrinkles.
 pub fn bands<T: Real>(
     params: Params,
     (squared_vector_differences, strain_edges): (&[T], u32),
@@ -134,7 +134,7 @@ pub fn bands<T: Real>(
             let v = frame * vertices + params.first_vertex as usize + i;
             let [offset, detail] = vertex_bands(params, buffers, strain_edges as usize, table, i);
             band_offsets[v] = offset;
-            if params.folds != 0 {
+            if params.wrinkles != 0 {
                 local_detail[v] = detail;
             }
         }

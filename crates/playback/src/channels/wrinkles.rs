@@ -1,4 +1,4 @@
-//! Wrinkle activation: how strongly the folds of each example are switched on (`docs/wrinkles.md`).
+//! Wrinkle activation: how strongly the wrinkles of each example are switched on (`docs/wrinkles.md`).
 
 use rayon::prelude::*;
 use rhytid_core::{Error, InputErrorKind, Result, Rig, Table};
@@ -19,17 +19,17 @@ const COUNTS: [f64; 2] = [0.02, 0.1];
 /// with extreme strains are left out.
 const MOST: f64 = 0.995;
 
-/// How strongly the folds of examples, or of groups of examples, are switched on at each vertex.
+/// How strongly the wrinkles of examples, or of groups of examples, are switched on at each vertex.
 ///
-/// The folds of vertex v are `Σ_p a_p d_p`, where d_p are the vertex's folds in example p and
+/// The wrinkles of vertex v are `Σ_p a_p d_p`, where d_p are the vertex's wrinkles in example p and
 /// `a = (G + μ tr G/P · I)⁻¹ k`. There `G_pq = ‖p‖ + ‖q‖ − ‖p − q‖` and `k_p = ‖f‖ + ‖p‖ − ‖f − p‖`. The
-/// norms are distances of the strains that influence the vertex, as in the kernel that the folds are learned
-/// with. So a_p is 1 where the frame is example p, and 0 at rest and at another example.
+/// norms are distances of the strains that influence the vertex, as in the kernel that the wrinkles are
+/// learned with. So a_p is 1 where the frame is example p, and 0 at rest and at another example.
 ///
 /// Where an example hardly strains the skin, a_p is unreliable and changes from vertex to vertex. So a_p is
 /// multiplied by a smooth step from 0 to 1 between the two bounds of [`COUNTS`]. The activation of a channel
 /// is this product, or its sum over a group, clamped to 0..1. A vertex that no strain edge drives has no
-/// folds and no activations.
+/// wrinkles and no activations.
 pub(crate) struct WrinkleActivations {
     /// The features of the norms: vector strains, or strains as vectors along x.
     features: Features,
@@ -43,7 +43,7 @@ pub(crate) struct WrinkleActivations {
     lengths: Table<f64>,
     /// V × P: how much an example counts, from 0 to 1.
     counts: Table<f64>,
-    /// V × P(P + 1)/2: the Cholesky factor of G + μ tr G/P · I, row by row; 0 where there are no folds.
+    /// V × P(P + 1)/2: the Cholesky factor of G + μ tr G/P · I, row by row; 0 where there are no wrinkles.
     factors: Table<f64>,
     /// The channel of each example, if it is in one.
     channels: Vec<Option<usize>>,
@@ -135,7 +135,7 @@ impl WrinkleActivations {
             true => names.iter().position(|name| name == example),
             false => groups.0.iter().position(|group| group.examples.contains(example)),
         };
-        let features = if rig.vector_folds() { Features::Vectors } else { Features::Lengths };
+        let features = if rig.vector_wrinkles() { Features::Vectors } else { Features::Lengths };
         let examples: Arc<[Vec<[f64; 3]>]> =
             rig.examples().handles.rows().map(|pose| features.at_pose(rig, pose)).collect();
         let (mut begins, mut influences) = (vec![0], Vec::new());
@@ -155,7 +155,7 @@ impl WrinkleActivations {
             activations: vec![vec![0.0; rig.vertices()]; names.len()],
             examples,
         };
-        let ridge = rig.learned().map_or(RIDGE, |learned| learned.fold_ridge);
+        let ridge = rig.learned().map_or(RIDGE, |learned| learned.wrinkle_ridge);
         activations.factorise(ridge);
         activations.count();
         Ok(activations)
@@ -297,10 +297,10 @@ mod tests {
     use super::*;
     use rhytid_core::NoProgress;
 
-    /// The sum of all examples' folds, each times its activation, is the folds of the vertex. `explain` gives
-    /// the folds to compare with and shares no code with this module.
+    /// The sum of all examples' wrinkles, each times its activation, is the vertex's wrinkles. `explain`
+    /// gives the wrinkles to compare with and shares no code with this module.
     #[test]
-    fn folds_are_the_examples_times_their_activations() {
+    fn wrinkles_are_the_examples_times_their_activations() {
         let face = rhytid_demo::face(1_500);
         let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let wrinkles = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
@@ -312,15 +312,15 @@ mod tests {
             let pose = &take.as_chunks::<3>().0[frame * handles..][..handles];
             let all = wrinkles.solve(&rig, pose);
             for (v, a) in all.iter().enumerate().step_by(7) {
-                let fold = |pose| rig.explain(v, pose).unwrap().fold();
-                let found = fold(pose);
+                let wrinkle = |pose| rig.explain(v, pose).unwrap().wrinkle();
+                let found = wrinkle(pose);
                 // The ridge makes examples smaller: (G + μI) w = d, and the rig reproduces G w.
-                let ridge = rig.learned().unwrap().fold_ridge;
+                let ridge = rig.learned().unwrap().wrinkle_ridge;
                 let trace: f64 = 2.0 * wrinkles.lengths.row(v).iter().sum::<f64>();
                 let row = &rig.fine_scale().rbf_weights.row(v)[1..];
                 let mut expected = [0.0; 3];
                 for ((pose, a), w) in poses.iter().zip(a).zip(row) {
-                    let back = fold(pose);
+                    let back = wrinkle(pose);
                     for c in 0..3 {
                         expected[c] += a * (back[c] - ridge * trace / poses.len() as f64 * f64::from(w[c]));
                     }

@@ -33,7 +33,7 @@ pub struct Layers {
     added: Vec<AddedTake>,
     holds: Vec<Held>,
     corrections: Vec<Sculpt>,
-    /// Gains of the folds: V weights, from 0 to 1, and the gain over time.
+    /// Gains of the wrinkles: V weights, from 0 to 1, and the gain over time.
     details: Vec<(Vec<f32>, Curve)>,
 }
 
@@ -119,13 +119,13 @@ impl Layers {
         handles::edit(self, take, rig)
     }
 
-    /// The rig with its own folds multiplied by those gains that are the same in all frames.
+    /// The rig with its own wrinkles multiplied by those gains that are the same in all frames.
     ///
     /// `rig` is the rig that the layers were read for. The layers lose these gains, which cost nothing in the
     /// rig.
     ///
     /// # Errors
-    /// As [`Rig::scale_folds`].
+    /// As [`Rig::scale_wrinkles`].
     pub fn settle(&mut self, rig: Rig) -> Result<Rig> {
         let mut factors = vec![1.0; rig.vertices()];
         self.details.retain(|(weights, by)| {
@@ -134,7 +134,7 @@ impl Layers {
             gain.factors(by).for_each(|(v, factor)| factors[v] *= factor);
             false
         });
-        rig.scale_folds(|v| factors[v])
+        rig.scale_wrinkles(|v| factors[v])
     }
 
     /// The sculpted frames.
@@ -142,7 +142,7 @@ impl Layers {
         &self.corrections
     }
 
-    /// The gains of folds, over the time of the take that is edited.
+    /// The gains of wrinkles, over the time of the take that is edited.
     pub(crate) fn vertex_gains(&self, take: &Take) -> Vec<VertexGain> {
         let timed = |(weights, by): &(Vec<f32>, Curve)| VertexGain::new(weights, timed(take, by));
         self.details.iter().map(timed).collect()

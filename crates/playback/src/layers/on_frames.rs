@@ -2,15 +2,15 @@
 
 use super::Layers;
 use crate::edit_falloff::EditFalloff;
-use crate::fade::{VertexGain, folded};
+use crate::fade::{VertexGain, with_wrinkles_scaled};
 use crate::{Correction, EditedTake, Playback};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig};
 use rhytid_kernels::normals::VertexTriangles;
 
 /// The effects of layers on frames, beside the edits of the take's handles.
 ///
-/// Apply [`FrameEdits::fold`] first. Where edits of handles have a falloff, apply it to the frame with these
-/// edits and to the frame without them. Then [`FrameEdits::blend`] the two frames, and
+/// Apply [`FrameEdits::scale_wrinkles`] first. Where edits of handles have a falloff, apply it to the frame
+/// with these edits and to the frame without them. Then [`FrameEdits::blend`] the two frames, and
 /// [`FrameEdits::correct`] the result.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FrameEdits {
@@ -44,14 +44,14 @@ impl FrameEdits {
         !self.corrections.is_empty() || self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
-    /// Multiplies the folds of 3V positions, given those of the large scale. The result is whether any gain
-    /// is not 1.
-    pub fn fold(&self, time: f64, large_scale: &[f32], positions: &mut [f32]) -> bool {
+    /// Multiplies the wrinkles of 3V positions, given those of the large scale. The result is whether any
+    /// gain is not 1.
+    pub fn scale_wrinkles(&self, time: f64, large_scale: &[f32], positions: &mut [f32]) -> bool {
         let (positions, _) = positions.as_chunks_mut::<3>();
         let (smooth, _) = large_scale.as_chunks::<3>();
         for gain in &self.gains {
             for (v, factor) in gain.factors(gain.at(time)) {
-                positions[v] = folded(smooth[v], positions[v], factor);
+                positions[v] = with_wrinkles_scaled(smooth[v], positions[v], factor);
             }
         }
         self.gains.iter().any(|gain| gain.at(time) != 1.0)

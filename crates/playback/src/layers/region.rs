@@ -46,7 +46,7 @@ impl<'a> Regions<'a> {
     }
 
     /// V weights; all of them 1 where no region is named. In a region of handles, a vertex has the mean
-    /// weight of the handles that drive its folds.
+    /// weight of the handles that drive its wrinkles.
     pub(super) fn vertices(&mut self, name: Option<&str>) -> Result<Vec<f32>> {
         let rig = self.rig;
         Ok(match name.map(|name| self.parts(name)).transpose()? {

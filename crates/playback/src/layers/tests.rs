@@ -153,7 +153,7 @@ fn held_markers_do_not_move_and_go_over_smoothly() {
     }
 }
 
-/// Folds are multiplied where and while the region says so. Elsewhere every bit is as without the edit.
+/// Wrinkles are multiplied where and while the region says so. Elsewhere every bit is as without the edit.
 #[test]
 fn detail_changes_where_and_when_it_says_and_nothing_else() {
     let f = Fixture::new();
@@ -207,7 +207,7 @@ fn detail_changes_where_and_when_it_says_and_nothing_else() {
             }
         }
     }
-    assert!(moved > 1e-3, "no folds there");
+    assert!(moved > 1e-3, "no wrinkles there");
 }
 
 #[test]
@@ -412,9 +412,9 @@ fn a_marker_of_any_name_changes_nothing() {
     assert!(plain == found, "a marker that no handle has moves the face");
 }
 
-/// A partial evaluation gives the same result as two whole takes that are blended and folded by the formulas.
+/// A partial evaluation gives the same result as two whole takes that are blended and scaled by the formulas.
 #[test]
-fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
+fn markers_and_wrinkles_that_are_edited_at_once_come_to_what_the_formulas_say() {
     let f = Fixture::new();
     let rig = &f.rig;
     let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
@@ -462,14 +462,14 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
             let s = ((sum - 0.05) / 0.9).clamp(0.0, 1.0);
             s * s * (3.0 - 2.0 * s)
         };
-        let folds = of_handles(rig, chosen);
-        let (mut far, mut moved, mut folded) = (0.0_f64, 0.0_f64, 0.0_f64);
+        let wrinkles = of_handles(rig, chosen);
+        let (mut far, mut moved, mut wrinkled) = (0.0_f64, 0.0_f64, 0.0_f64);
         for frame in 0..60 {
             let at = frame as f64;
             let s = ((at - 10.0) / 10.0).min((50.0 - at) / 10.0).clamp(0.0, 1.0);
-            for (v, fold) in folds.iter().enumerate() {
+            for (v, wrinkle) in wrinkles.iter().enumerate() {
                 let w = held(v);
-                let gain = 1.0 + fold * (0.5 - 1.0) * s;
+                let gain = 1.0 + wrinkle * (0.5 - 1.0) * s;
                 for i in 3 * v..3 * v + 3 {
                     let between = |a: &[[Vec<f32>; 2]], b: &[[Vec<f32>; 2]]| {
                         let [a, b] = [a, b].map(|frames| f64::from(frames[frame][0][i]));
@@ -481,7 +481,7 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
                     far = far.max((x - (smooth + gain * (full - smooth))).abs());
                     far = far.max((f64::from(shown_smooth[frame][0][i]) - smooth).abs());
                     moved = moved.max((full - f64::from(plain[frame][0][i])).abs());
-                    folded = folded.max((x - full).abs());
+                    wrinkled = wrinkled.max((x - full).abs());
                 }
             }
             let (positions, _) = found[frame][0].as_chunks::<3>();
@@ -492,11 +492,11 @@ fn markers_and_folds_that_are_edited_at_once_come_to_what_the_formulas_say() {
             }
         }
         assert!(far < 2e-5, "{markers} markers: {far}");
-        assert!(moved > 1e-3 && folded > 1e-3, "{markers} markers: moved {moved}, folded {folded}");
+        assert!(moved > 1e-3 && wrinkled > 1e-3, "{markers} markers: moved {moved}, wrinkled {wrinkled}");
     }
 }
 
-/// V: the share of these handles among all that drive a vertex's folds.
+/// V: the share of these handles among all that drive a vertex's wrinkles.
 fn of_handles(rig: &Rig, handles: &[usize]) -> Vec<f64> {
     let of_edge = |e: StrainEdgeId| {
         let is_one = |h: HandleId| f64::from(u8::from(handles.contains(&h.index())));

@@ -17,9 +17,9 @@ use std::path::{Path, PathBuf};
 /// The content of a file of edits. Paths are relative to the file.
 ///
 /// The edited displacement of a marker from rest is `Π gains · (p − rest) + Σ offsets + Σ added`; the order
-/// in the file does not matter. Then the holds, one after the other, keep the marker where it is. The folds
-/// are multiplied by all gains of the detail. Corrections come last. Each one starts from the frame that
-/// those before it have made.
+/// in the file does not matter. Then the holds, one after the other, keep the marker where it is. The
+/// wrinkles are multiplied by all gains of the detail. Corrections come last. Each one starts from the frame
+/// that those before it have made.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Edits {
     /// `[region.NAME]`, by their names.

@@ -11,7 +11,7 @@ use toml::de::DeValue;
 
 /// By how much markers' displacements can be multiplied.
 const GAINS: RangeInclusive<f64> = 0.0..=10.0;
-/// By how much folds can.
+/// By how much wrinkles can.
 const DETAIL_GAINS: RangeInclusive<f64> = 0.0..=2.0;
 const AMOUNTS: RangeInclusive<f64> = -10.0..=10.0;
 const FRAME: &str = "a frame of the take, counted from 0";

@@ -6,7 +6,7 @@ use super::sections::{
 };
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
-use rhytid_core::{Bind, FoldStrains, InputErrorKind, Result, UpAxis};
+use rhytid_core::{Bind, InputErrorKind, Result, UpAxis, WrinkleStrains};
 use rhytid_meshes::NormalMapConvention;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -73,7 +73,12 @@ fn method(section: &Section<'_>) -> Result<Option<Method>> {
 }
 
 fn learned(section: &Section<'_>) -> Result<LearnedSection> {
-    section.allow(&["share", "ridge", "fold_ridge", "marker_noise", "reach", "fold_strains"])?;
+    section.allow_with_former(
+        &["share", "ridge", "wrinkle_ridge", "marker_noise", "reach", "wrinkle_strains"],
+        &["fold_ridge", "fold_strains"],
+    )?;
+    let wrinkle_ridge = section.name_of("wrinkle_ridge", "fold_ridge")?;
+    let wrinkle_strains = section.name_of("wrinkle_strains", "fold_strains")?;
     let number = |key: &str, expected: &str, is_right: fn(f64) -> bool| match section.get(key) {
         None => Ok(None),
         Some(value) => section
@@ -85,19 +90,19 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
     Ok(LearnedSection {
         share: number("share", "a number from 0 to 1", |s| (0.0..=1.0).contains(&s))?,
         ridge: number("ridge", "a number above 0", |ridge| ridge > 0.0)?,
-        fold_ridge: number("fold_ridge", "a number above 0", |ridge| ridge > 0.0)?,
+        wrinkle_ridge: number(wrinkle_ridge, "a number above 0", |ridge| ridge > 0.0)?,
         marker_noise: number("marker_noise", "millimetres, a number from 0", |noise| noise >= 0.0)?,
         reach: match section.get("reach") {
             Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
             _ => number("reach", "a number from 1, inf for no bound", |reach| reach >= 1.0)?,
         },
-        fold_strains: match section.text("fold_strains", "\"vectors\" or \"lengths\"")? {
+        wrinkle_strains: match section.text(wrinkle_strains, "\"vectors\" or \"lengths\"")? {
             None => None,
-            Some("vectors") => Some(FoldStrains::Vectors),
-            Some("lengths") => Some(FoldStrains::Lengths),
+            Some("vectors") => Some(WrinkleStrains::Vectors),
+            Some("lengths") => Some(WrinkleStrains::Lengths),
             Some(other) => {
                 return Err(section.wrong(
-                    "fold_strains",
+                    wrinkle_strains,
                     &format!("{other:?}"),
                     "\"vectors\" or \"lengths\"",
                 ));

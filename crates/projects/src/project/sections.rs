@@ -1,6 +1,6 @@
 //! The sections of a project file.
 
-use rhytid_core::{Bind, FoldStrains, LearnedSettings, UpAxis};
+use rhytid_core::{Bind, LearnedSettings, UpAxis, WrinkleStrains};
 use rhytid_meshes::NormalMapConvention;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -158,7 +158,7 @@ pub struct LearnedSection {
     pub ridge: Option<f64>,
     /// μ, above 0.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fold_ridge: Option<f64>,
+    pub wrinkle_ridge: Option<f64>,
     /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker_noise: Option<f64>,
@@ -166,9 +166,9 @@ pub struct LearnedSection {
     /// infinite for no bound.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach: Option<f64>,
-    /// The axes that folds are added along.
+    /// The axes that wrinkles are added along.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub fold_strains: Option<FoldStrains>,
+    pub wrinkle_strains: Option<WrinkleStrains>,
 }
 
 impl LearnedSection {
@@ -178,10 +178,10 @@ impl LearnedSection {
         LearnedSettings {
             share: self.share,
             ridge: self.ridge,
-            fold_ridge: self.fold_ridge.unwrap_or(default.fold_ridge),
+            wrinkle_ridge: self.wrinkle_ridge.unwrap_or(default.wrinkle_ridge),
             marker_noise: self.marker_noise.unwrap_or(default.marker_noise),
             reach: self.reach.unwrap_or(default.reach),
-            fold_strains: self.fold_strains.unwrap_or(default.fold_strains),
+            wrinkle_strains: self.wrinkle_strains.unwrap_or(default.wrinkle_strains),
         }
     }
 }

@@ -1,9 +1,10 @@
-//! Skin: light enters it and leaves it nearby, its surface shines, and folds cast shadows.
+//! Skin: light enters it and leaves it nearby, its surface shines, and wrinkles cast shadows.
 //!
-//! Light falls on each vertex from a key light with soft shadows and from a sky. Folds and hollows see only a
-//! part of the sky. This light spreads along the surface by the six Gaussians of E. d'Eon and D. Luebke (GPU
-//! Gems 3, chapter 14). They are heat kernels, applied with the cotangent Laplacian of the mesh at rest. The
-//! reflection of the surface, two GGX lobes, is added without spreading. Units are physical: lx, cd/m², mm.
+//! Light falls on each vertex from a key light with soft shadows and from a sky. Wrinkles and hollows see
+//! only a part of the sky. This light spreads along the surface by the six Gaussians of E. d'Eon and D.
+//! Luebke (GPU Gems 3, chapter 14). They are heat kernels, applied with the cotangent Laplacian of the mesh
+//! at rest. The reflection of the surface, two GGX lobes, is added without spreading. Units are physical: lx,
+//! cd/m², mm.
 
 mod compute;
 mod diffusion;

@@ -229,12 +229,12 @@ fn no_influences(face: &Face) -> Option<Finding> {
 
 fn learned_numbers_out_of_range(face: &Face) -> Vec<Finding> {
     let Method::Learned(learned) = face.settings.method else { return Vec::new() };
-    let LearnedSettings { share, ridge, fold_ridge, marker_noise, reach, fold_strains: _ } = learned;
+    let LearnedSettings { share, ridge, wrinkle_ridge, marker_noise, reach, wrinkle_strains: _ } = learned;
     let mut found = Vec::new();
     for (name, number, is_right, expected) in [
         ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
         ("ridge", ridge, ridge.is_none_or(is_positive), "a number above 0"),
-        ("fold_ridge", Some(fold_ridge), is_positive(fold_ridge), "a number above 0"),
+        ("wrinkle_ridge", Some(wrinkle_ridge), is_positive(wrinkle_ridge), "a number above 0"),
         (
             "marker_noise",
             Some(marker_noise),

@@ -1,12 +1,11 @@
 //! The learned method: the fine detail, which is the residual of the examples after the thin shell, in two
 //! bands.
 //!
-//! The linear band is a linear function of the relative movements of the nearby handles. The folds are the
+//! The linear band is a linear function of the relative movements of the nearby handles. The wrinkles are the
 //! chapter's, made zero at rest.
 mod choice;
 mod confidence;
 mod distances;
-mod folds;
 mod linear_band;
 mod neighborhoods;
 mod parts;
@@ -16,6 +15,7 @@ mod smoothing;
 #[cfg(test)]
 mod tests;
 mod vector_strains;
+mod wrinkles;
 
 use crate::Details;
 use crate::Shell;
@@ -24,21 +24,21 @@ use crate::detail::{self, at_handles};
 pub use choice::Candidate;
 pub use confidence::{Confidence, EXTRAPOLATION};
 use distances::{Distances, Searched};
-use folds::Folds;
 use linear_band::{LinearBand, LinearSettings};
 use neighborhoods::{ANCHORS, EdgeInfluences, InfluenceSource, LinearInfluences};
 pub use parts::FreePart;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{
-    Example, Face, FineScale, FoldStrains, HandleSet, Influences, Learned, LearnedSettings, Motions,
-    Progress, Result, Surface, Table, VertexId,
+    Example, Face, FineScale, HandleSet, Influences, Learned, LearnedSettings, Motions, Progress, Result,
+    Surface, Table, VertexId, WrinkleStrains,
 };
 use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
 use smoothing::sigma;
 use vector_strains::VectorStrains;
+use wrinkles::Wrinkles;
 
 /// A vertex has no smooth residual if it is below this part of the mean rest length.
 const NOTHING: f64 = 1e-7;
@@ -70,10 +70,10 @@ pub(crate) struct Steps {
     /// d, P×V in mesh units: the residual after the shell and the linear band, in the tangent frames of their
     /// surface.
     ///
-    /// It has no columns with folds of vector strains, which compute the residual vertex by vertex.
+    /// It has no columns with wrinkles of vector strains, which compute the residual vertex by vertex.
     pub detail: Table<[f64; 3]>,
-    /// The folds' weights.
-    pub folds: Folds,
+    /// The wrinkles' weights.
+    pub wrinkles: Wrinkles,
     strains: VectorStrains,
     linear_settings: LinearSettings,
 }
@@ -134,16 +134,21 @@ pub(crate) fn learn(
         example_vectors: strains.by_example(),
         mean,
     };
-    let (detail, folds) = match settings.fold_strains {
-        FoldStrains::Vectors => {
-            let folds = smooth.vector_folds(shell, examples, settings.fold_ridge, progress)?;
-            (Table::without_columns(examples.len()), folds)
+    let (detail, wrinkles) = match settings.wrinkle_strains {
+        WrinkleStrains::Vectors => {
+            let wrinkles = smooth.vector_wrinkles(shell, examples, settings.wrinkle_ridge, progress)?;
+            (Table::without_columns(examples.len()), wrinkles)
         }
-        FoldStrains::Lengths => {
+        WrinkleStrains::Lengths => {
             let detail = smooth.detail(shell, examples, &sources, progress)?;
-            let folds =
-                folds::length_folds(&pose_features, &influences, &detail, settings.fold_ridge, progress)?;
-            (detail, folds)
+            let wrinkles = wrinkles::length_wrinkles(
+                &pose_features,
+                &influences,
+                &detail,
+                settings.wrinkle_ridge,
+                progress,
+            )?;
+            (detail, wrinkles)
         }
     };
     let example_vectors = smooth.example_vectors;
@@ -158,7 +163,7 @@ pub(crate) fn learn(
         band,
         pose_features,
         detail,
-        folds,
+        wrinkles,
         strains,
         linear_settings,
     })
@@ -184,8 +189,8 @@ impl Steps {
         // At vertices that stay, the residual of the examples fades to less than float32 can tell apart.
         let nothing = (NOTHING * handles.feature_lengths().last().copied().unwrap_or_default()).powi(2);
         // The rest pose's weight is the sum of the others': b stands in its place.
-        let mut rbf_weights = self.folds.weights;
-        rbf_weights.rows_mut().zip(self.folds.constants).for_each(|(w, b)| w[0] = b);
+        let mut rbf_weights = self.wrinkles.weights;
+        rbf_weights.rows_mut().zip(self.wrinkles.constants).for_each(|(w, b)| w[0] = b);
         let (edges, k) = (handles.strain_edges.len() as u32, self.influences.edges.columns());
         let anchors = self.linear_influences.anchors(edges, k, &self.band.feature_gains);
         Details {
@@ -198,10 +203,10 @@ impl Steps {
             learned: Some(Learned {
                 share: self.chosen.share,
                 ridge: self.chosen.ridge,
-                fold_ridge: settings.fold_ridge,
+                wrinkle_ridge: settings.wrinkle_ridge,
                 marker_noise: self.linear_settings.marker_noise,
                 reach: self.linear_settings.reach,
-                fold_strains: settings.fold_strains,
+                wrinkle_strains: settings.wrinkle_strains,
                 anchors: anchors.handles,
                 anchor_weights: anchors.weights,
                 feature_gains: anchors.gains,
@@ -238,7 +243,7 @@ fn neighborhoods(
     Ok((influences, linear))
 }
 
-/// The learned linear band, on top of which the folds are learned.
+/// The learned linear band, on top of which the wrinkles are learned.
 struct LearnedBand<'a> {
     band: &'a LinearBand,
     influences: &'a LinearInfluences,
@@ -250,20 +255,21 @@ struct LearnedBand<'a> {
 }
 
 impl LearnedBand<'_> {
-    /// The folds of vector strains, from the residual after the shell and the band in the space of the mesh.
-    fn vector_folds(
+    /// The wrinkles of vector strains, from the residual after the shell and the band in the space of the
+    /// mesh.
+    fn vector_wrinkles(
         &self,
         shell: &Shell,
         examples: &[Example],
-        fold_ridge: f64,
+        wrinkle_ridge: f64,
         progress: &dyn Progress,
-    ) -> Result<Folds> {
+    ) -> Result<Wrinkles> {
         progress.step("detail", 0, 1)?;
         let left = residual(shell, examples);
         progress.step("detail", 1, 1)?;
         let edges = shell.handles.strain_edges.len() as u32;
         let c = &self.band.example_weights;
-        folds::vector_folds(self.strains, self.influences, edges, &left, c, fold_ridge, progress)
+        wrinkles::vector_wrinkles(self.strains, self.influences, edges, &left, c, wrinkle_ridge, progress)
     }
 
     /// d, P×V: the residual after the shell and the band, in the tangent frames of their surface.

@@ -19,7 +19,7 @@ pub(crate) fn sigma(mean: f64) -> f64 {
 /// Columns of the right-hand side that one thread solves for at a time.
 const COLUMNS_AT_ONCE: usize = 16;
 
-/// The smoothing that takes the folds out of a field on the rest mesh.
+/// The smoothing that takes the wrinkles out of a field on the rest mesh.
 ///
 /// It is `Ŵ = (M_ff − (σ²/2) C_ff)⁻¹ M_ff W_f` at the free vertices, which are those of parts with a handle
 /// that are no handles themselves. Ŵ is 0 at handles. Parts without a handle keep their field.

@@ -3,8 +3,8 @@
 use super::learn;
 use crate::shell;
 use rhytid_core::{
-    Example, Face, Faces, FoldStrains, Handles, LearnedSettings, Mesh, NoProgress, Settings, StrainEdges,
-    UpAxis,
+    Example, Face, Faces, Handles, LearnedSettings, Mesh, NoProgress, Settings, StrainEdges, UpAxis,
+    WrinkleStrains,
 };
 use rhytid_core::{HandleId, StrainEdgeId, Table, VertexId};
 use rhytid_test_support::shared;
@@ -24,7 +24,8 @@ struct Case {
     poses: Vec<Vec<[f64; 3]>>,
     share: f64,
     ridge: f64,
-    fold_ridge: f64,
+    #[serde(rename = "fold_ridge")]
+    wrinkle_ridge: f64,
     marker_noise: f64,
     expected: Expected,
 }
@@ -143,11 +144,11 @@ fn every_step_is_that_of_the_golden_vectors() {
             ridge: Some(case.ridge),
             // The test vectors have it in mesh units, which are centimetres here.
             marker_noise: 10.0 * case.marker_noise,
-            fold_ridge: case.fold_ridge,
-            // The cases are linear at any distance of their frames from their poses. Their folds turn with
+            wrinkle_ridge: case.wrinkle_ridge,
+            // The cases are linear at any distance of their frames from their poses. Their wrinkles turn with
             // the surface.
             reach: f64::INFINITY,
-            fold_strains: FoldStrains::Lengths,
+            wrinkle_strains: WrinkleStrains::Lengths,
         };
         let got = learn(&mut started, &face, settings, &NoProgress).unwrap();
         let basis = started.basis.as_slice();
@@ -184,10 +185,10 @@ fn every_step_is_that_of_the_golden_vectors() {
             .flat_map(|(v, p)| got.detail.row(p)[v])
             .collect();
         near(&format!("{name}: detail"), &detail, &vectors(&e.detail));
-        by_vertex("folds", &got.folds.weights, &e.rbf_weights);
+        by_vertex("wrinkles", &got.wrinkles.weights, &e.rbf_weights);
         near(
             &format!("{name}: constants"),
-            got.folds.constants.as_flattened(),
+            got.wrinkles.constants.as_flattened(),
             e.rbf_constant.as_flattened(),
         );
     }

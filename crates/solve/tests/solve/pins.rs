@@ -67,9 +67,9 @@ fn named_pins_stay_in_examples_too_and_handles_go_on() {
         assert_eq!((report.pins, still(&rig)), (3, vec![40, 41, 42]), "vertex 3 is a handle");
         // Nothing is learned there either.
         for v in [40, 41, 42] {
-            let folds = rig.fine_scale().rbf_weights.row(v);
+            let wrinkles = rig.fine_scale().rbf_weights.row(v);
             let band = rig.learned().into_iter().flat_map(|learned| learned.example_weights.row(v));
-            let most = folds.iter().chain(band).flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
+            let most = wrinkles.iter().chain(band).flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
             assert!(most < 1e-12, "{method:?}: vertex {v} learns {most}");
         }
         let learns = rig.fine_scale().rbf_weights.as_slice().iter().flatten().any(|x| x.abs() > 1e-6);

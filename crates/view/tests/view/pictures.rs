@@ -113,8 +113,8 @@ fn before_and_after_are_beside_each_other() {
     view.state_mut().settings_mut().gain = 0.0;
     view.run();
     let large_scale = shown(&mut view);
-    let folds = differ(&result, |x, y| large_scale.get_pixel(x, y).0, 4);
-    assert!(folds > 0.006, "there are no folds here: {folds}");
+    let wrinkles = differ(&result, |x, y| large_scale.get_pixel(x, y).0, 4);
+    assert!(wrinkles > 0.006, "there are no wrinkles here: {wrinkles}");
     let settings = view.state_mut().settings_mut();
     (settings.gain, settings.before, settings.wipe) = (2.0, Before::LargeScale, 0.5);
     view.run();

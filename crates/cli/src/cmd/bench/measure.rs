@@ -186,17 +186,17 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let bands = rig.bands().map_or(0, |learned| {
         (index + 4) * learned.anchors_per_vertex() + 3 * entry * rig.examples().names.len() + position
     });
-    let folds = rig.vector_folds();
+    let wrinkles = rig.vector_wrinkles();
     Stage::ALL.map(|stage| match stage {
         Stage::Strain => (4 * rig.handles().strain_edges.len()) as f64,
-        Stage::LargeScale if folds => {
+        Stage::LargeScale if wrinkles => {
             per_vertex(entry * rig.handles().vertices.len() + position + bands + detail, 0)
         }
-        Stage::LargeScaleNormals | Stage::Detail if folds => 0.0,
+        Stage::LargeScaleNormals | Stage::Detail if wrinkles => 0.0,
         Stage::LargeScale => per_vertex(entry * rig.handles().vertices.len() + position + bands, position),
         Stage::LargeScaleNormals | Stage::Normals => per_vertex(0, position),
         Stage::Detail => per_vertex(detail, 0),
-        Stage::Positions => per_vertex(if folds { 0 } else { neighbor }, position),
+        Stage::Positions => per_vertex(if wrinkles { 0 } else { neighbor }, position),
     })
 }
 

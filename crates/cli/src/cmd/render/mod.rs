@@ -17,7 +17,7 @@ use rhytid::core::{AtomicFile, Backend, ChannelKind, DeviceInfo, human, rig_file
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{FileKind, refuse_inputs};
-use rhytid::playback::{EditedTake, Layers};
+use rhytid::playback::{EditedTake, Layers, scale_wrinkles};
 use rhytid::render::{AnimatedImage, AnimatedImageFormat, Picture, Sheet, hide_parts};
 use rhytid::{Error, Progress, Result, Rig};
 use std::io::Write;
@@ -176,7 +176,8 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
 
 /// An option that has no effect beside another one, or that needs a missing one, is a mistake.
 fn check_options(args: &args::Render, kind: Kind) -> Result<()> {
-    if args.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
+    args.fine_detail.check()?;
+    if args.fine_detail.stage != StageChoice::Full && args.show.contains(&Show::Detail) {
         return Err(Error::conflict("--show detail is for --stage full: the others have no detail"));
     }
     let is_opaque = matches!(kind, Kind::AnimatedImage(format) if !format.has_opacity());
@@ -211,10 +212,11 @@ struct Loaded {
 fn load(args: &args::Render, ui: &Ui) -> Result<Loaded> {
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let before = args.before.as_ref().map(|before| before_the_result(before, args, &rig, ui)).transpose()?;
-    if args.stage == StageChoice::Shell {
+    if args.fine_detail.stage == StageChoice::Shell {
         rig = rig.shell()?;
     }
-    rig = rig.scale_folds(|_| args.detail)?;
+    let gains = inputs::gains(&args.fine_detail, &args.reading)?;
+    rig = scale_wrinkles(rig.scale_wrinkles(|_| args.fine_detail.gain)?, &gains.0)?;
     if let Some(vertex) = args.vertex.filter(|vertex| *vertex >= rig.vertices()) {
         let last = rig.vertices() - 1;
         return Err(Error::out_of_range(format!("--vertex {vertex}: the rig's vertices are 0 to {last}")));
@@ -274,8 +276,12 @@ fn wanted<'a>(
 ) -> Wanted<'a> {
     let mut channels = ChannelChoice::default();
     channels.set(ChannelKind::Sigma, args.show.contains(&Show::Sigma));
-    let recipe =
-        Recipe { stage: args.stage.into(), channels, fade_detail: args.fade_detail, ..Recipe::default() };
+    let recipe = Recipe {
+        stage: args.fine_detail.stage.into(),
+        channels,
+        fade_detail: args.fine_detail.fade,
+        ..Recipe::default()
+    };
     Wanted {
         recipe,
         layers,
@@ -348,7 +354,7 @@ fn spread(frames: usize, count: usize) -> impl Iterator<Item = usize> {
 
 /// The shape to put beside the result.
 fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: &Ui) -> Result<Before> {
-    let is_later = |stage: StageChoice| stage as usize >= args.stage as usize;
+    let is_later = |stage: StageChoice| stage as usize >= args.fine_detail.stage as usize;
     match before {
         BeforeChoice::Stage(stage) if is_later(*stage) => Err(Error::conflict(format!(
             "--before {}: that is not before the --stage that is shown, expected an earlier one, or another rig",
@@ -370,8 +376,12 @@ fn before_the_result(before: &BeforeChoice, args: &args::Render, rig: &Rig, ui: 
                 )));
             }
             let name = |path: &Path| path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-            let rig = if args.stage == StageChoice::Shell { other.shell()? } else { other };
-            Ok(Before { rig: Some(rig), stage: args.stage.into(), words: [name(path), name(&args.rig)] })
+            let rig = if args.fine_detail.stage == StageChoice::Shell { other.shell()? } else { other };
+            Ok(Before {
+                rig: Some(rig),
+                stage: args.fine_detail.stage.into(),
+                words: [name(path), name(&args.rig)],
+            })
         }
     }
 }

@@ -95,8 +95,8 @@ impl Fixture {
         let unit = |i: usize| i as f64 / (self.side - 1) as f64;
         let (x, y) = (unit(v % self.side), unit(v / self.side));
         let bump = (x * 3.0).sin() * (y * 3.0).sin() * 2.0;
-        let fold = pinch * (x * 25.0).sin() * (-((y - 0.5) * 4.0).powi(2)).exp();
-        [(x - 0.5) * 10.0 * (1.0 - pinch / 3.0), (y - 0.5) * 10.0, bump + fold]
+        let wrinkle = pinch * (x * 25.0).sin() * (-((y - 0.5) * 4.0).powi(2)).exp();
+        [(x - 0.5) * 10.0 * (1.0 - pinch / 3.0), (y - 0.5) * 10.0, bump + wrinkle]
     }
 
     /// The sheet as OBJ with quads and texture coordinates.

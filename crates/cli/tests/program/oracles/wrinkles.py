@@ -37,7 +37,7 @@ class Rig:
     def __init__(self, path):
         self.about, get = safetensors(path)
         self.labels, self.examples = self.about["labels"], self.about["examples"]
-        assert self.about["learned"]["fold_strains"] == "vectors"
+        assert self.about["learned"]["wrinkle_strains"] == "vectors"
         rest, handles = get["rest"].astype(float), get["handles"]
         self.edges = get["strain_edges"]
         self.rest_handles = rest[handles]
@@ -50,7 +50,7 @@ class Rig:
         rows = np.arange(vertices)[:, None]
         np.add.at(self.weights, (rows, get["influence_edges"]), 0.9 * get["influence_weights"].astype(float))
         np.add.at(self.weights, (rows, len(self.edges) + get["anchors"]), get["anchor_weights"].astype(float))
-        self.has_folds = get["influence_weights"].max(axis=1) > 0
+        self.has_wrinkles = get["influence_weights"].max(axis=1) > 0
         self.vectors = np.stack([self.strains(pose) for pose in self.poses])
         reach = self.about["learned"].get("reach", np.inf)
         scaled = reach * self.vectors if np.isfinite(reach) else np.array([np.inf, -np.inf])[:, None, None]
@@ -62,7 +62,7 @@ class Rig:
         lengths = self.example_lengths
         self.gram = lengths[:, :, None] + lengths[:, None, :] - np.moveaxis(between, 2, 0)
         self.trace = np.trace(self.gram, axis1=1, axis2=2)
-        self.gram += (self.about["learned"]["fold_ridge"] * self.trace / count)[:, None, None] * np.eye(count)
+        self.gram += (self.about["learned"]["wrinkle_ridge"] * self.trace / count)[:, None, None] * np.eye(count)
 
     def strains(self, pose):
         u = pose - self.rest_handles
@@ -78,11 +78,11 @@ class Rig:
         lengths = self.example_lengths
         of_frame = np.stack([self.distances(frame, vector) for vector in self.vectors], axis=1)
         right = self.distances(frame, zero)[:, None] + lengths - of_frame
-        sound = self.has_folds & (self.trace > 0)
+        sound = self.has_wrinkles & (self.trace > 0)
         found = np.zeros(lengths.shape)
         found[sound] = np.linalg.solve(self.gram[sound], right[sound][..., None])[..., 0]
-        # An example counts where it strains the skin; what has no folds is not strained.
-        lengths = lengths * self.has_folds[:, None]
+        # An example counts where it strains the skin; what has no wrinkles is not strained.
+        lengths = lengths * self.has_wrinkles[:, None]
         most = np.sort(lengths, axis=0)[int(0.995 * len(lengths))]
         part = np.clip((lengths / most - 0.02) / 0.08, 0, 1)
         return found * part**2 * (3 - 2 * part)

@@ -1,4 +1,4 @@
-//! The folds (step 9 of the learned method). The kernel is the chapter's, made zero at the rest pose, over
+//! The wrinkles (step 9 of the learned method). The kernel is the chapter's, made zero at the rest pose, over
 //! vector strains or strain lengths.
 use super::neighborhoods::{EdgeInfluences, LinearInfluences};
 use super::vector_strains::VectorStrains;
@@ -7,9 +7,9 @@ use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result, StrainEdgeId, Table};
 use rhytid_kernels::detail;
 
-/// The weights of the folds.
+/// The weights of the wrinkles.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Folds {
+pub(crate) struct Wrinkles {
     /// w, V×N in mesh units: `Σ w_p` for the rest pose and `−w_p` for the examples.
     pub weights: Table<[f64; 3]>,
     /// `b = Σ_p ‖p‖ w_p`, V×3 in mesh units: the constant part, from the examples' distances from the rest
@@ -17,21 +17,21 @@ pub(crate) struct Folds {
     pub constants: Vec<[f64; 3]>,
 }
 
-/// The folds of strain lengths, as in the chapter. The distances are ‖f_p‖ and ‖f_p − f_q‖.
+/// The wrinkles of strain lengths, as in the chapter. The distances are ‖f_p‖ and ‖f_p − f_q‖.
 ///
-/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `fold_ridge` is μ > 0.
+/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `wrinkle_ridge` is μ > 0.
 ///
 /// # Errors
 /// [`Error::Internal`] if a matrix is not positive definite, which μ > 0 excludes. [`Error::Cancelled`].
-pub(crate) fn length_folds(
+pub(crate) fn length_wrinkles(
     pose_features: &Table<f64>,
     influences: &EdgeInfluences,
     detail: &Table<[f64; 3]>,
-    fold_ridge: f64,
+    wrinkle_ridge: f64,
     progress: &dyn Progress,
-) -> Result<Folds> {
+) -> Result<Wrinkles> {
     let f = |j: usize| pose_features.row(j);
-    let systems = Systems { vertices: influences.edges.height(), examples: detail.height(), fold_ridge };
+    let systems = Systems { vertices: influences.edges.height(), examples: detail.height(), wrinkle_ridge };
     systems.solve(progress, |v, system| {
         for (d, detail) in system.weights.iter_mut().zip(detail.rows()) {
             *d = DVec3::from_array(detail[v]);
@@ -41,25 +41,25 @@ pub(crate) fn length_folds(
     })
 }
 
-/// The folds of vector strains. The distances are ‖D_p‖ and ‖D_p − D_q‖ with ω.
+/// The wrinkles of vector strains. The distances are ‖D_p‖ and ‖D_p − D_q‖ with ω.
 ///
 /// `left` is the residual of the examples after the shell and ΔB, V×P in mesh units. The remaining part of
 /// the linear band is subtracted from it. `strain_edges` is F. A vertex that only anchors influence has no
-/// folds.
+/// wrinkles.
 ///
 /// # Errors
-/// As [`length_folds`].
-pub(crate) fn vector_folds(
+/// As [`length_wrinkles`].
+pub(crate) fn vector_wrinkles(
     strains: &VectorStrains,
     influences: &LinearInfluences,
     strain_edges: u32,
     left: &Table<[f64; 3]>,
     example_weights: &Table<[f64; 3]>,
-    fold_ridge: f64,
+    wrinkle_ridge: f64,
     progress: &dyn Progress,
-) -> Result<Folds> {
+) -> Result<Wrinkles> {
     let examples = strains.examples();
-    let systems = Systems { vertices: left.height(), examples, fold_ridge };
+    let systems = Systems { vertices: left.height(), examples, wrinkle_ridge };
     systems.solve(progress, |v, system| {
         let terms = influences.at(v);
         system.weights.fill(DVec3::ZERO);
@@ -121,7 +121,7 @@ struct Systems {
     /// P.
     examples: usize,
     /// μ > 0.
-    fold_ridge: f64,
+    wrinkle_ridge: f64,
 }
 
 impl Systems {
@@ -131,18 +131,18 @@ impl Systems {
         &self,
         progress: &dyn Progress,
         assemble: impl Fn(usize, &mut System) + Sync + Send,
-    ) -> Result<Folds> {
-        let Self { vertices, examples, fold_ridge } = *self;
+    ) -> Result<Wrinkles> {
+        let Self { vertices, examples, wrinkle_ridge } = *self;
         let centers = examples + 1;
-        let mut folds = Folds {
+        let mut wrinkles = Wrinkles {
             weights: Table::filled(vertices, centers, [0.0; 3]),
             constants: vec![[0.0; 3]; vertices],
         };
         if examples == 0 {
-            return Ok(folds);
+            return Ok(wrinkles);
         }
-        progress.step("folds", 0, 1)?;
-        let rows = folds.weights.par_rows_mut().zip(&mut folds.constants);
+        progress.step("wrinkles", 0, 1)?;
+        let rows = wrinkles.weights.par_rows_mut().zip(&mut wrinkles.constants);
         let scratch = || System {
             matrix: vec![0.0; examples * examples],
             lengths: vec![0.0; examples],
@@ -158,7 +158,7 @@ impl Systems {
                     return Ok(());
                 }
                 for p in 0..examples {
-                    system.matrix[p * centers] += fold_ridge * trace / examples as f64;
+                    system.matrix[p * centers] += wrinkle_ridge * trace / examples as f64;
                 }
                 if !solve(&mut system.matrix, &mut system.weights) {
                     return Err(Error::Internal(format!("the wrinkles of vertex {v} have no solution")));
@@ -173,8 +173,8 @@ impl Systems {
                 Ok(())
             })
             .collect::<Result<()>>()?;
-        progress.step("folds", 1, 1)?;
-        Ok(folds)
+        progress.step("wrinkles", 1, 1)?;
+        Ok(wrinkles)
     }
 }
 

@@ -1,11 +1,11 @@
 //! Wrinkles: heights along the normal, in centimetres, between the markers.
 //!
-//! Skin does not fold like a sine. It bulges roundly between narrow, sharp valleys. The valleys wander, break
-//! off and differ from side to side.
+//! Skin does not wrinkle like a sine. It bulges roundly between narrow, sharp valleys. The valleys wander,
+//! break off and differ from side to side.
 use crate::curve::{bell, noise, pair, plateau, ramp};
 use crate::skin::Skin;
 
-/// A row of folds: valleys where `phase` is a whole number, round bulges between; about 1 from floor to
+/// A row of wrinkles: valleys where `phase` is a whole number, round bulges between; about 1 from floor to
 /// crest.
 fn row(phase: f64) -> f64 {
     let s = (std::f64::consts::PI * phase).sin();
@@ -18,7 +18,7 @@ fn furrow(t: f64, width: f64) -> f64 {
     0.45 * bell(q.abs(), 2.4, 1.5) - (-(q * q + 0.05).sqrt() * 1.3 + 0.29).exp()
 }
 
-/// The strength of fold number `phase` at `along`: folds come and go along their length.
+/// The strength of wrinkle number `phase` at `along`: wrinkles come and go along their length.
 fn broken(phase: f64, along: f64, seed: u32) -> f64 {
     0.72 + 0.5 * noise(along, 0.8 * phase, seed).clamp(-0.9, 0.55)
 }
@@ -70,7 +70,7 @@ fn crows_feet(s: &Skin, depth: f64) -> f64 {
     depth * region * broken(phase, radius / 0.8, 33) * row(phase)
 }
 
-/// The fold from the nose's wing past the mouth's corner: the cheek rolls over it.
+/// The wrinkle from the nose's wing past the mouth's corner: the cheek rolls over it.
 fn nasolabial(s: &Skin, depth: f64) -> f64 {
     let y = s.site.up;
     let u = y.clamp(-8.2, -2.8) + 5.2;
@@ -83,7 +83,7 @@ fn nasolabial(s: &Skin, depth: f64) -> f64 {
     depth * (along * (0.75 * crest - valley) + second)
 }
 
-/// Nasolabial folds, crow's feet, and short lines beside the mouth's corners.
+/// Nasolabial wrinkles, crow's feet, and short lines beside the mouth's corners.
 pub(crate) fn smile(s: &Skin) -> f64 {
     let (x, y) = (s.p.x.abs(), s.site.up);
     let dimple = 0.03 * furrow(x - 3.05 - 0.25 * (y + 6.5) * (y + 6.5), 0.12) * plateau(y, -6.9, -6.2, 0.45);
@@ -130,7 +130,7 @@ pub(crate) fn pucker(s: &Skin) -> f64 {
     lines + 0.055 * chin * lump + crease + nasolabial(s, 0.04)
 }
 
-/// Folds under the jaw, a line below the lip, and long lines in the cheeks.
+/// Wrinkles under the jaw, a line below the lip, and long lines in the cheeks.
 pub(crate) fn jaw_open(s: &Skin) -> f64 {
     let (x, y, side) = (s.p.x, s.site.up, s.site.across.abs());
     let phase = (y + 11.75 - 0.03 * x * x + 0.1 * noise(x / 1.6, y / 1.2, 71)) / 0.68;
