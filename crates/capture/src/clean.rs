@@ -406,12 +406,12 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warn
         let name = |marker: Option<usize>| marker.map_or("", |j| &labels[j][..]);
         sentences.push(
             format!(
-                "between {} and {} the skin is stretched by {:.0} % in frame {} ({:.2} s), far beyond any \
+                "between {} and {} the skin is stretched by {} in frame {} ({:.2} s), far beyond any \
                  example (such stretches: {}); look for a label that slid or was swapped, or that names \
                  another place on the rig",
                 name(worst.marker),
                 name(worst.other),
-                100.0 * worst.strain.unwrap_or(0.0),
+                human::percent(worst.strain.unwrap_or(0.0), 0),
                 worst.first,
                 seconds(worst.first),
                 human::count(of(Kind::Strain).count())

@@ -91,6 +91,12 @@ pub(crate) struct Args {
     #[arg(short, long, global = true, action = clap::ArgAction::Count, help_heading = GLOBAL)]
     pub verbose: u8,
 
+    /// The most pixels of a picture that is read, width times height.
+    ///
+    /// A small file can hold a picture of any size. Each pixel takes up to 8 bytes of memory.
+    #[arg(long, global = true, value_name = "N", default_value_t = rhytid::core::MOST_PIXELS, value_parser = clap::value_parser!(u64).range(1..), hide_short_help = true, help_heading = GLOBAL)]
+    pub max_pixels: u64,
+
     /// Print help: a summary with -h, everything with --help.
     #[arg(short, long, global = true, action = clap::ArgAction::Help, help_heading = GLOBAL)]
     help: Option<bool>,

@@ -53,12 +53,12 @@ pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCod
 
 fn sentence(error: &Error) -> String {
     match error {
-        Error::Io { path, source } => io_sentence(path, source),
+        Error::Io { path, source } => io_sentence(error, path, source),
         other => remedy::of_error(other),
     }
 }
 
-fn io_sentence(path: &Path, source: &io::Error) -> String {
+fn io_sentence(error: &Error, path: &Path, source: &io::Error) -> String {
     let what = match source.kind() {
         ErrorKind::NotFound => "no such file or folder; check the path".to_owned(),
         ErrorKind::PermissionDenied => {
@@ -68,15 +68,16 @@ fn io_sentence(path: &Path, source: &io::Error) -> String {
         ErrorKind::IsADirectory => "is a folder, expected a file; check the path".to_owned(),
         ErrorKind::NotADirectory => "a part of the path is a file, not a folder; check the path".to_owned(),
         ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "no space left on the disk; nothing was written".to_owned()
+            "no space left on the disk; this file was not written".to_owned()
         }
         ErrorKind::FileTooLarge => {
-            "no space left: the file would be larger than this system allows; nothing was written".to_owned()
+            "no space left: the file would be larger than this system allows; this file was not written"
+                .to_owned()
         }
         ErrorKind::UnexpectedEof => {
             "became shorter while it was read; wait until it is written, and try again".to_owned()
         }
-        _ => source.to_string(),
+        _ => return error.to_string(),
     };
     format!("{}: {what}", path.display())
 }
@@ -99,6 +100,6 @@ mod tests {
     fn a_full_disk_is_said_in_words() {
         let full = io::Error::from(ErrorKind::StorageFull);
         let sentence = sentence(&Error::io(Path::new("out/face.usda"))(full));
-        assert_eq!(sentence, "out/face.usda: no space left on the disk; nothing was written");
+        assert_eq!(sentence, "out/face.usda: no space left on the disk; this file was not written");
     }
 }

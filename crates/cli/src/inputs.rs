@@ -123,7 +123,8 @@ pub(crate) fn take(
     }
     let clean_up = known.clean_up()?;
     let mut take = match playback::read_take(path, rig, (*missing).into(), &clean_up, ui) {
-        Err(error) if is_clean => filled(path, rig, ui)?.ok_or(error)?,
+        // A pipe cannot be read again.
+        Err(error) if is_clean && path.is_file() => filled(path, rig, ui)?.ok_or(error)?,
         result => result?,
     };
     if !is_clean {
@@ -252,11 +253,11 @@ fn warn_strain(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
         return;
     };
     ui.line(&format!(
-        "warning: {}: between {a} and {b} the skin is stretched by {:.0} % in frame {frame} ({:.2} s), far \
+        "warning: {}: between {a} and {b} the skin is stretched by {} in frame {frame} ({:.2} s), far \
          beyond any example ({} like it); look for a label that slid or was swapped, or that names another \
          place on the rig",
         path.display(),
-        100.0 * strain,
+        human::percent(strain, 0),
         take.times[frame],
         if frames == 1 { "no other frame is".to_owned() } else { format!("{frames} frames are") }
     ));

@@ -3,7 +3,7 @@
 use crate::args::Json;
 use crate::progress::Ui;
 use rhytid::core::AtomicFile;
-use rhytid::{Error, Result};
+use rhytid::{Error, InputErrorKind, Result};
 use serde::Serialize;
 use std::borrow::Cow;
 use std::io::{self, ErrorKind, Write};
@@ -101,6 +101,24 @@ pub(crate) fn file(path: &Path, bytes: &[u8]) -> Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.write_all(bytes).map_err(file.error())?;
     file.finish()
+}
+
+/// Whether a file is missing and has to be written. A file that is there already stays.
+///
+/// # Errors
+/// [`Error::Input`] if the file is there and `has_same` does not find the content in it.
+pub(crate) fn is_missing(path: &Path, has_same: impl FnOnce() -> Result<bool>) -> Result<bool> {
+    if path.symlink_metadata().is_err() {
+        return Ok(true);
+    }
+    match has_same() {
+        Ok(true) => Ok(false),
+        _ => Err(Error::input(format!(
+            "{}: is there already, with something else in it; choose another folder, or move it away",
+            path.display()
+        ))
+        .of_kind(InputErrorKind::WouldOverwrite { file: path.to_owned() })),
+    }
 }
 
 /// Rows of cells as a table whose columns are aligned; the last column is not padded.

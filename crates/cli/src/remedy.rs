@@ -28,6 +28,7 @@ fn with(sentence: String, remedies: &[Remedy]) -> String {
 
 fn words(remedy: Remedy) -> Option<&'static str> {
     Some(match remedy {
+        Remedy::MostPixels => "--max-pixels",
         Remedy::AllowElsewhere => "--allow-elsewhere",
         Remedy::HoldMissing => "--missing hold",
         Remedy::GiveRate => "--rate of `rhytid handles` and `rhytid prepare`",

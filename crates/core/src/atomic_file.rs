@@ -1,5 +1,6 @@
 //! Files that appear whole.
 use crate::named_file::folder_of;
+use crate::protected;
 use crate::steady_file::SteadyFile;
 use crate::temporary::{self, Temporary};
 use crate::{Error, Result};
@@ -25,8 +26,8 @@ impl AtomicFile {
     /// Begins the file `path`. It also removes the temporary files of killed processes from the folder.
     ///
     /// # Errors
-    /// [`Error::Input`] if the folder does not exist, or `path` is a folder, a device, a pipe, a socket or
-    /// read-only; [`Error::Io`].
+    /// [`Error::Input`] if the folder does not exist, or `path` is a folder, a device, a pipe, a socket,
+    /// read-only, or a file that was read ([`protect_inputs`](crate::protect_inputs)); [`Error::Io`].
     pub fn create(path: &Path) -> Result<Self> {
         let target = followed(path)?;
         let folder = folder_of(&target);
@@ -55,6 +56,7 @@ impl AtomicFile {
             Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(Error::io(path)(e)),
             _ => {}
         }
+        protected::refuse(&target)?;
         temporary::sweep(folder);
         let file = Temporary::create(folder).map_err(Error::io(path))?;
         let writer = BufWriter::with_capacity(1 << 20, SteadyFile::new(file));
@@ -94,9 +96,11 @@ impl AtomicFile {
     /// Flushes to disk and gives the file its name.
     ///
     /// # Errors
-    /// [`Error::Io`]. No file is left behind then.
+    /// [`Error::Io`]; [`Error::Input`] if the file was read meanwhile. No file is left behind then.
     pub fn finish(self) -> Result<()> {
         let Self { writer, path, target } = self;
+        // It may have been read since.
+        protected::refuse(&target)?;
         let file = writer.into_inner().map_err(|e| Error::io(&path)(e.into_error()))?;
         let file = file.finish().map_err(Error::io(&path))?;
         if let Ok(replaced) = std::fs::metadata(&target) {

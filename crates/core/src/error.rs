@@ -30,7 +30,7 @@ pub enum Error {
     #[error("{0}")]
     Input(InputError),
     /// A file could not be opened, read or written.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {}", path.display(), of_system(source))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -307,9 +307,24 @@ impl Error {
     }
 }
 
+/// The operating system's reason in words, without its number.
+fn of_system(source: &std::io::Error) -> String {
+    let text = source.to_string();
+    let words = text.split(" (os error").next().unwrap_or_default();
+    let mut letters = words.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_systems_reason_has_no_number() {
+        let source = std::io::Error::from_raw_os_error(5);
+        let said = Error::io(Path::new("face.obj"))(source).to_string();
+        assert!(said.starts_with("face.obj: ") && !said.contains("os error"), "{said}");
+    }
 
     fn input(error: Error) -> InputError {
         match error {

@@ -106,6 +106,13 @@ pub struct LearnedSettings {
     pub wrinkle_strains: WrinkleStrains,
 }
 
+impl LearnedSettings {
+    /// The largest ridge.
+    pub const LARGEST_RIDGE: f64 = 1e6;
+    /// The largest noise of a marker, in millimetres.
+    pub const LARGEST_NOISE: f64 = 1e3;
+}
+
 impl Default for LearnedSettings {
     fn default() -> Self {
         Self {

@@ -46,6 +46,21 @@ pub fn number(x: f64) -> String {
     if text == "-0" { "0".to_owned() } else { text.to_owned() }
 }
 
+/// A ratio in percent with so many decimals: `12.5 %`. A ratio of more than 10, which no face has, is only
+/// `over 1,000 %`.
+pub fn percent(ratio: f64, decimals: usize) -> String {
+    match ratio {
+        r if r > 10.0 => "over 1,000 %".to_owned(),
+        r if r.is_nan() => "an unknown part".to_owned(),
+        r => format!("{:.decimals$} %", 100.0 * r),
+    }
+}
+
+/// A factor with one decimal: `2.5 times`. Beyond 1,000 it is only `over 1,000 times`.
+pub fn times(factor: f64) -> String {
+    if factor <= 1000.0 { format!("{factor:.1} times") } else { "over 1,000 times".to_owned() }
+}
+
 /// The unit's name where it has one: `cm`; else `units of 0.3 m`.
 pub fn unit(metres_per_unit: f64) -> String {
     let known = [(1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "in")];
@@ -67,6 +82,11 @@ mod tests {
 
     #[test]
     fn numbers_as_people_read_them() {
+        assert_eq!(
+            [percent(0.125, 1), percent(9.0, 0), percent(1e30, 0)],
+            ["12.5 %", "900 %", "over 1,000 %"]
+        );
+        assert_eq!([times(2.0), times(f64::INFINITY)], ["2.0 times", "over 1,000 times"]);
         assert_eq!(count(0), "0");
         assert_eq!(count(999), "999");
         assert_eq!(count(1_000), "1,000");

@@ -1,6 +1,6 @@
 //! Files that are read whole. A file is refused if it never ends, does not fit, or changes while it is read.
 
-use crate::{Error, Result, human};
+use crate::{Error, Result, human, protected};
 use std::fs::{File, Metadata};
 use std::io::Read;
 use std::path::Path;
@@ -13,6 +13,24 @@ pub const LARGEST_MESH_OR_TAKE: u64 = 1 << 33;
 
 /// Bytes of the largest rig, or array of frames, that is read.
 pub const LARGEST_RIG: u64 = 1 << 36;
+
+/// Opens a file that is read in pieces, or more than once. A pipe cannot be read so.
+///
+/// # Errors
+/// [`Error::Input`] if `path` is a folder, a device or a pipe; [`Error::Io`].
+pub fn open(path: &Path) -> Result<File> {
+    let wrong = |what: &str| Err(Error::bad_path(format!("{}: {what}", path.display())));
+    let found = std::fs::metadata(path).map_err(Error::io(path))?;
+    match () {
+        () if found.is_dir() => wrong("is a folder, expected a file; check the path"),
+        () if is_device(&found) => wrong("is a device, expected a file; check the path"),
+        () if !found.is_file() => wrong("is a pipe, but is read more than once; save it as a file first"),
+        () => {
+            protected::note(path);
+            File::open(path).map_err(Error::io(path))
+        }
+    }
+}
 
 /// Reads a file, or a pipe to its end.
 ///
@@ -31,6 +49,7 @@ pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
     if is_device(&found) {
         return wrong("is a device, expected a file; check the path");
     }
+    protected::note(path);
     let file = File::open(path).map_err(Error::io(path))?;
     let announced = file.metadata().map_err(Error::io(path))?;
     let too_large = |has: String| {
@@ -95,6 +114,16 @@ mod tests {
         assert!(said(Path::new("/dev/zero"), 7).contains("is a device"));
         #[cfg(target_os = "linux")]
         assert!(said(Path::new("/proc/self/status"), 1 << 20).contains("had 0 bytes when it was opened"));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_is_not_opened() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("rig");
+        assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+        // Opening it would wait for its other end.
+        assert!(open(&path).unwrap_err().to_string().contains("is a pipe, but is read more than once"));
     }
 
     #[cfg(unix)]

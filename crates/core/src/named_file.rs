@@ -22,7 +22,7 @@ pub enum Reach {
 /// reading it will tell.
 ///
 /// # Errors
-/// [`Error::Input`] if the file is out of reach, or exists and is no regular file.
+/// [`Error::Input`] if the file is out of reach, a link that leads nowhere, or exists and is no regular file.
 pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
     let folder = folder_of(namer);
     let path = namer.parent().unwrap_or(Path::new("")).join(file);
@@ -41,7 +41,27 @@ pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result
         Ok(found) if !found.is_file() => {
             Err(wrong("which is a device, a pipe or a socket, expected a file".into()))
         }
+        Err(_) if path.is_symlink() => {
+            Err(wrong("which is a link that leads nowhere; remove it, or put its file there".into()))
+        }
         _ => Ok(path),
+    }
+}
+
+/// As [`named_file`], for a file that is written because `namer` names it. No file decides by itself which
+/// kind of file is written.
+///
+/// # Errors
+/// As [`named_file`]; [`Error::Input`] if the file's extension is not `extension`.
+pub fn named_output(namer: &Path, file: &Path, what: &str, extension: &str, reach: Reach) -> Result<PathBuf> {
+    let path = named_file(namer, file, what, reach)?;
+    match path.extension() {
+        Some(found) if found.eq_ignore_ascii_case(extension) => Ok(path),
+        _ => Err(Error::bad_path(format!(
+            "{}: {what} names {}, which would be written, expected a name that ends in .{extension}",
+            namer.display(),
+            file.display()
+        ))),
     }
 }
 
@@ -57,11 +77,11 @@ pub fn is_below(folder: &Path, file: &Path) -> bool {
             Component::ParentDir | Component::RootDir | Component::Prefix(_) => return false,
         }
     }
-    // A file that does not exist leads nowhere.
-    match (folder.canonicalize(), folder.join(file).canonicalize()) {
-        (Ok(folder), Ok(file)) => file.starts_with(folder),
-        _ => true,
-    }
+    let Ok(root) = folder.canonicalize() else { return true };
+    // The links of a file that does not exist yet are those of its folders.
+    let whole = folder.join(file);
+    let found = whole.ancestors().find_map(|part| part.canonicalize().ok());
+    found.is_none_or(|found| found.starts_with(&root))
 }
 
 /// The folder that a file is in.
@@ -93,6 +113,8 @@ mod tests {
             std::os::unix::fs::symlink(to, at("face").join(link)).unwrap();
             elsewhere.push(if link == "folder" { "folder/secret.obj".into() } else { link.into() });
         }
+        #[cfg(unix)]
+        elsewhere.push("folder/not-there.obj".into());
         for file in &elsewhere {
             let Err(Error::Input(said)) = named(file, Reach::Below) else { panic!("{}", file.display()) };
             assert!(said.sentence().contains("[mesh] neutral names"), "{said}");
@@ -102,6 +124,25 @@ mod tests {
         }
         for reach in [Reach::Below, Reach::Anywhere] {
             assert!(named(Path::new("scans"), reach).unwrap_err().to_string().contains("is a folder"));
+        }
+        #[cfg(unix)]
+        for to in ["not-there.obj", "../not-there.obj"] {
+            let link = at("face/dangling.obj");
+            let _ = std::fs::remove_file(&link);
+            std::os::unix::fs::symlink(to, &link).unwrap();
+            for reach in [Reach::Below, Reach::Anywhere] {
+                let said = named(Path::new("dangling.obj"), reach).unwrap_err().to_string();
+                assert!(said.contains("a link that leads nowhere"), "{said}");
+            }
+        }
+        let output =
+            |file: &str| named_output(&project, Path::new(file), "[handles] vertices", "csv", Reach::Below);
+        assert_eq!(output("markers.CSV").unwrap(), at("face/markers.CSV"));
+        for (file, words) in
+            [(".profile", "ends in .csv"), ("run.sh", "ends in .csv"), ("../m.csv", "not in")]
+        {
+            let said = output(file).unwrap_err().to_string();
+            assert!(said.contains(words), "{said}");
         }
         #[cfg(unix)]
         {

@@ -16,12 +16,17 @@ pub fn dot(a: &[f64], b: &[f64]) -> f64 {
 /// assert_eq!(first_not_finite(&[0.0, f32::NAN, f32::INFINITY]), Some(1));
 /// ```
 pub fn first_not_finite<T: Real>(numbers: &[T]) -> Option<usize> {
+    first_beyond(numbers, f64::MAX)
+}
+
+/// The first of `numbers` that is NaN, or larger than `most` without its sign, as an index.
+pub fn first_beyond<T: Real>(numbers: &[T], most: f64) -> Option<usize> {
     const BLOCK: usize = 4096;
     // The check of a block does not stop early, so the compiler can check many numbers at a time.
-    let is_finite = |block: &[T]| block.iter().fold(true, |finite, x| finite & x.widen().is_finite());
-    let block = numbers.par_chunks(BLOCK).with_min_len(16).position_first(|block| !is_finite(block))?;
+    let are_within = |block: &[T]| block.iter().fold(true, |within, x| within & (x.widen().abs() <= most));
+    let block = numbers.par_chunks(BLOCK).with_min_len(16).position_first(|block| !are_within(block))?;
     let first = block * BLOCK;
-    numbers[first..].iter().position(|x| !x.widen().is_finite()).map(|i| first + i)
+    numbers[first..].iter().position(|x| !are_within(std::slice::from_ref(x))).map(|i| first + i)
 }
 
 /// The median of numbers, whose order is changed. It is the mean of the two in the middle if their number is

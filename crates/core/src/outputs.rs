@@ -4,11 +4,13 @@ use crate::Error;
 use crate::InputErrorKind;
 use crate::Result;
 use crate::folder_of;
+use crate::protected::would_overwrite;
 use same_file::is_same_file;
 use std::path::{Path, PathBuf};
 
 /// Refuses outputs that would overwrite a file that is read, or another output. Names, links and `..` do not
-/// hide that two files are one. Call this before the work.
+/// hide that two files are one. Call this before the work. What is read later is refused by
+/// [`protect_inputs`](crate::protect_inputs).
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -18,12 +20,7 @@ pub fn refuse_inputs<'a>(
 ) -> Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         if let Some(input) = inputs.clone().into_iter().find(|input| are_one(output, input)) {
-            return Err(Error::input(format!(
-                "{}: is {}, which this command reads and would overwrite; choose another name",
-                output.display(),
-                input.display()
-            ))
-            .of_kind(InputErrorKind::WouldOverwrite { file: input.to_owned() }));
+            return Err(would_overwrite(output, input));
         }
         if let Some(other) = outputs[..i].iter().find(|other| is_one(output, other)) {
             return Err(Error::input(format!(
@@ -39,7 +36,7 @@ pub fn refuse_inputs<'a>(
 
 /// Whether two names are of one file. A name without a file is of none. Pipes are left out, since the
 /// comparison opens its files, and opening a pipe waits for the other end.
-fn are_one(a: &Path, b: &Path) -> bool {
+pub(crate) fn are_one(a: &Path, b: &Path) -> bool {
     let is_file = |path: &Path| std::fs::metadata(path).is_ok_and(|found| found.is_file());
     is_file(a) && is_file(b) && is_same_file(a, b).unwrap_or(false)
 }

@@ -8,6 +8,8 @@ listed! {
     #[derive(Debug, Clone, Copy, PartialEq, Eq)]
     #[non_exhaustive]
     pub enum Remedy {
+        /// Allow pictures of more pixels.
+        MostPixels,
         /// Let a file name others outside its folder.
         AllowElsewhere,
         /// Hold a marker where it was last seen.

@@ -1,7 +1,7 @@
 //! The check that the parts of every rig have passed.
-use crate::numbers::first_not_finite;
+use crate::numbers::first_beyond;
 use crate::rig::RigParts;
-use crate::{Error, HandleId, Learned, Result, StrainEdgeId, Surface, Table, VertexId};
+use crate::{Error, HandleId, Learned, LearnedSettings, Result, StrainEdgeId, Surface, Table, VertexId};
 use rhytid_kernels::Real;
 use std::collections::HashSet;
 
@@ -97,11 +97,17 @@ impl<T: Real> RigParts<T> {
         shaped("anchor_weights", &learned.anchor_weights, v, a)?;
         shaped("feature_gains", &learned.feature_gains, v, self.influences.per_vertex() + a)?;
         shaped("example_weights", &learned.example_weights, v, if learned.share > 0.0 { p } else { 0 })?;
+        let is_ridge = |ridge| ridge > 0.0 && ridge <= LearnedSettings::LARGEST_RIDGE;
         for (name, number, is_right) in [
             ("share", learned.share, (0.0..=1.0).contains(&learned.share)),
-            ("ridge", learned.ridge, learned.ridge > 0.0),
-            ("wrinkle_ridge", learned.wrinkle_ridge, learned.wrinkle_ridge > 0.0),
-            ("marker_noise", learned.marker_noise, learned.marker_noise >= 0.0),
+            ("ridge", learned.ridge, is_ridge(learned.ridge)),
+            ("wrinkle_ridge", learned.wrinkle_ridge, is_ridge(learned.wrinkle_ridge)),
+            (
+                "marker_noise",
+                learned.marker_noise,
+                (0.0..=LearnedSettings::LARGEST_NOISE * 1e-3 / self.surface.metres_per_unit)
+                    .contains(&learned.marker_noise),
+            ),
         ] {
             if !(number.is_finite() && is_right) {
                 return fail(format!("{name} is {number}, which is out of its range"));
@@ -177,12 +183,14 @@ fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
     }
 }
 
-/// Whether all numbers are finite.
+/// Larger numbers are those of no face. They overflow in float32 where they are multiplied.
+const LARGEST: f64 = 1e15;
+
+/// Whether all numbers are finite, and so small that frames can be computed.
 pub(crate) fn finite<T: Real>(name: &str, numbers: &[T]) -> Result<()> {
-    match first_not_finite(numbers) {
-        Some(at) => fail(format!("{name}[{at}] is {}, expected a finite number", numbers[at])),
-        None => Ok(()),
-    }
+    let Some(at) = first_beyond(numbers, LARGEST) else { return Ok(()) };
+    let expected = if numbers[at].widen().is_finite() { "a smaller number" } else { "a finite number" };
+    fail(format!("{name}[{at}] is {}, expected {expected}", numbers[at]))
 }
 
 fn ratios<T: Real>(name: &str, numbers: &[T]) -> Result<()> {

@@ -93,7 +93,7 @@ pub fn read(path: &Path) -> Result<Rig> {
 /// [`Error::Io`].
 pub fn hash(path: &Path) -> Result<String> {
     let mut hasher = blake3::Hasher::new();
-    let mut file = std::fs::File::open(path).map_err(Error::io(path))?;
+    let mut file = input_file::open(path)?;
     std::io::copy(&mut file, &mut hasher).map_err(Error::io(path))?;
     Ok(hasher.finalize().to_hex().to_string())
 }

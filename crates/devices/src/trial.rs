@@ -149,8 +149,9 @@ fn program() -> String {
 
 /// The remembered results of this program. Without a readable file, there are none.
 pub(crate) fn read_cache(path: &Path) -> Cache {
-    let memory: Option<Cache> =
-        std::fs::read(path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    // Opening a pipe would wait for its other end.
+    let bytes = path.is_file().then(|| std::fs::read(path).ok()).flatten();
+    let memory: Option<Cache> = bytes.and_then(|bytes| serde_json::from_slice(&bytes).ok());
     let memory = memory.filter(|memory| memory.program == program());
     memory.unwrap_or_else(|| Cache { program: program(), ..Cache::default() })
 }

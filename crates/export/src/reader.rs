@@ -1,7 +1,7 @@
 //! An animation of any format read back from a file. A check compares it with a fresh evaluation, and
 //! stitching compares the parts before it joins them. `rhytid_formats::animation::open` opens one.
 
-use crate::StatedRecipe;
+use crate::{Deviation, Scene, StatedRecipe};
 use rhytid_core::channel::{self, Channel};
 use rhytid_core::{Faces, Result, UpAxis};
 
@@ -40,7 +40,7 @@ pub struct Summary {
     pub head: bool,
     /// The largest deviation from the exported frames that the file states, in mesh units (glTF:
     /// `worstMillimetres` in its extras). `None` if the file is exact and states none.
-    pub stated_error: Option<f64>,
+    pub stated_error: Option<Deviation>,
     /// The deviations of other channels from the exported ones, if the file states them (compressed glTF).
     pub stated_channel_errors: Vec<StatedError>,
     /// The recipe of the animation; `None` where the file does not say how it was made.
@@ -100,4 +100,8 @@ pub trait AnimationReader: Send {
     /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh
     /// units; `None` where [`Summary::head`] is false.
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>>;
+
+    /// How the file differs from what an export of `scene` writes, apart from the numbers of its frames:
+    /// every object and value that is missing, other or not expected.
+    fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>>;
 }

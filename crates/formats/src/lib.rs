@@ -59,7 +59,7 @@ mod pc2;
 pub mod sequence;
 
 pub use file_kind::FileKind;
-pub use rhytid_core::{Reach, named_file, refuse_inputs};
+pub use rhytid_core::{Reach, named_file, named_output, refuse_inputs};
 pub use rhytid_export as export;
 pub use rhytid_meshes as mesh;
 pub use rhytid_projects::{edits, project};

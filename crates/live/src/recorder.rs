@@ -1,6 +1,7 @@
 //! Recording of received frames into a take.
 
 use crate::receiver::Receiver;
+use crate::stream::LiveFrame;
 use rhytid_core::{Error, Progress, Result, Take};
 use std::time::{Duration, Instant};
 
@@ -22,7 +23,7 @@ pub struct Recording {
 }
 
 /// Records `frames` frames of `labels`, which are those of the receiver. It records fewer if `ended` says so,
-/// or if nothing comes for `patience`.
+/// or if nothing comes for `patience`. `seen` gets each frame as it comes.
 ///
 /// # Errors
 /// [`Error::Input`] if no frame came within `patience`. [`Error::Cancelled`] if it was ended before the
@@ -33,6 +34,7 @@ pub fn record(
     frames: usize,
     patience: Duration,
     ended: &dyn Fn() -> bool,
+    seen: &mut dyn FnMut(&LiveFrame<'_>),
     progress: &dyn Progress,
 ) -> Result<Recording> {
     let mut take = Take { labels: labels.to_vec(), ..Take::default() };
@@ -49,6 +51,7 @@ pub fn record(
             continue;
         };
         last = Instant::now();
+        seen(&frame);
         take.times.push(frame.time);
         take.positions.extend(frame.positions.iter().map(|position| position.map(f64::from)));
         confidence.extend_from_slice(frame.confidence);

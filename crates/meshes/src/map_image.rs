@@ -1,7 +1,7 @@
 //! Images over a mesh's texture coordinates whose colours are numbers.
 
 use glam::DVec2;
-use rhytid_core::{Error, Result, Uvs, input_file};
+use rhytid_core::{Error, Result, Uvs, check_pixels, input_file};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -12,8 +12,11 @@ pub(super) struct MapImage {
     pub height: usize,
     /// Numbers of each pixel: 1 of a grey image, 3 of a coloured one.
     pub channels: usize,
-    /// −1 for black to 1 for white.
-    values: Vec<f32>,
+    samples_per_pixel: usize,
+    /// Whether a sample has two bytes, the high one first.
+    is_wide: bool,
+    /// As the file has them: numbers take four times as much memory.
+    samples: Vec<u8>,
 }
 
 impl MapImage {
@@ -30,28 +33,32 @@ impl MapImage {
         let mut decoder = png::Decoder::new(Cursor::new(bytes));
         // Palettes and fewer bits become whole bytes.
         decoder.set_transformations(png::Transformations::EXPAND);
+        let info = decoder.read_header_info().map_err(no_png)?;
+        check_pixels(info.width.into(), info.height.into()).map_err(|error| error.in_file(path.display()))?;
         let mut reader = decoder.read_info().map_err(no_png)?;
         let size = reader.output_buffer_size().ok_or_else(|| fault("is too large".into()))?;
-        let mut pixels = vec![0; size];
-        let info = reader.next_frame(&mut pixels).map_err(no_png)?;
-        let (all, channels) = match info.color_type {
+        let mut samples = vec![0; size];
+        let info = reader.next_frame(&mut samples).map_err(no_png)?;
+        let (samples_per_pixel, channels) = match info.color_type {
             png::ColorType::Grayscale => (1, 1),
             png::ColorType::GrayscaleAlpha => (2, 1),
             png::ColorType::Rgba => (4, 3),
             _ => (3, 3),
         };
-        let numbers: Vec<f32> = match info.bit_depth {
-            png::BitDepth::Sixteen => pixels
-                .as_chunks::<2>()
-                .0
-                .iter()
-                .map(|b| signed(u16::from_be_bytes(*b).into(), 65_535))
-                .collect(),
-            _ => pixels.iter().map(|&b| signed(b.into(), 255)).collect(),
-        };
-        let values = numbers.chunks_exact(all).flat_map(|pixel| pixel[..channels].iter().copied());
+        let is_wide = info.bit_depth == png::BitDepth::Sixteen;
         let (width, height) = (info.width as usize, info.height as usize);
-        Ok(Self { width, height, channels, values: values.collect() })
+        Ok(Self { width, height, channels, samples_per_pixel, is_wide, samples })
+    }
+
+    /// A number of a pixel, from −1 for black to 1 for white.
+    fn number(&self, pixel: usize, channel: usize) -> f32 {
+        let at = pixel * self.samples_per_pixel + channel;
+        match self.is_wide {
+            true => {
+                signed(u16::from_be_bytes([self.samples[2 * at], self.samples[2 * at + 1]]).into(), 65_535)
+            }
+            false => signed(self.samples[at].into(), 255),
+        }
     }
 
     /// The numbers at texture coordinates, with v pointing up. Missing numbers repeat the first. Pixel
@@ -69,9 +76,7 @@ impl MapImage {
             (low, (low + 1).min(size - 1), x - x.floor())
         };
         let ((x0, x1, s), (y0, y1, t)) = (place(uv.x, self.width), place(1.0 - uv.y, self.height));
-        let pixel = |x: usize, y: usize, channel: usize| {
-            f64::from(self.values[(y * self.width + x) * self.channels + channel])
-        };
+        let pixel = |x: usize, y: usize, channel: usize| f64::from(self.number(y * self.width + x, channel));
         let between = |channel: usize| {
             let row = |y: usize| (1.0 - s) * pixel(x0, y, channel) + s * pixel(x1, y, channel);
             (1.0 - t) * row(y0) + t * row(y1)

@@ -2,15 +2,18 @@
 
 use super::{Format, gltf};
 use rhytid_core::{Error, Reach, Result, folder_of, input_file, named_file};
-use std::path::Path;
+use std::collections::{HashMap, HashSet};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The base colours of materials in `path`: of the materials of an OBJ or its MTL (`map_Kd`), or of a glTF.
 /// Each is a material's name and its image as the file has it, a PNG or JPEG for the most part; materials
-/// without one are left out. Files that are named have to be within `reach`.
+/// without one are left out. Files that are named have to be within `reach`. A file that is named many times
+/// is read and kept once. Of several images of one material, the first counts.
 ///
 /// # Errors
 /// [`Error::Input`] if the file is none of these or names none; [`Error::Io`].
-pub fn read_textures(path: &Path, reach: Reach) -> Result<Vec<(String, Vec<u8>)>> {
+pub fn read_textures(path: &Path, reach: Reach) -> Result<Vec<(String, Arc<[u8]>)>> {
     let name = path.display().to_string();
     let bytes = || input_file::read(path, input_file::LARGEST_MESH_OR_TAKE);
     let found = match path.extension() {
@@ -33,33 +36,58 @@ pub fn read_textures(path: &Path, reach: Reach) -> Result<Vec<(String, Vec<u8>)>
     }
 }
 
-fn of_obj(path: &Path, bytes: &[u8], reach: Reach) -> Result<Vec<(String, Vec<u8>)>> {
-    let mut found = Vec::new();
+fn of_obj(path: &Path, bytes: &[u8], reach: Reach) -> Result<Vec<(String, Arc<[u8]>)>> {
+    let mut images = OfMaterials::default();
+    let mut read = HashSet::new();
     for (keyword, file) in statements(bytes) {
         if keyword == "mtllib" {
             let mtl = named_file(path, Path::new(&file), "mtllib", reach)?;
-            found.extend(of_mtl(&mtl, &input_file::read(&mtl, input_file::LARGEST_MESH_OR_TAKE)?, reach)?);
+            if read.insert(mtl.clone()) {
+                images.add_mtl(&mtl, &input_file::read(&mtl, input_file::LARGEST_MESH_OR_TAKE)?, reach)?;
+            }
         }
     }
-    Ok(found)
+    Ok(images.found)
 }
 
-fn of_mtl(path: &Path, bytes: &[u8], reach: Reach) -> Result<Vec<(String, Vec<u8>)>> {
-    let mut found = Vec::new();
-    let mut material = None;
-    for (keyword, rest) in statements(bytes) {
-        match (keyword.as_str(), &material) {
-            ("newmtl", _) => material = Some(rest),
-            ("map_Kd", Some(material)) => {
-                let file = without_options(&rest).replace('\\', "/");
-                let file = named_file(path, Path::new(&file), "map_Kd", reach)?;
-                let image = input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE)?;
-                found.push((String::clone(material), image));
+fn of_mtl(path: &Path, bytes: &[u8], reach: Reach) -> Result<Vec<(String, Arc<[u8]>)>> {
+    let mut images = OfMaterials::default();
+    images.add_mtl(path, bytes, reach)?;
+    Ok(images.found)
+}
+
+/// The images of materials; each file is read once.
+#[derive(Default)]
+struct OfMaterials {
+    found: Vec<(String, Arc<[u8]>)>,
+    files: HashMap<PathBuf, Arc<[u8]>>,
+    /// The materials that have an image.
+    known: HashSet<String>,
+}
+
+impl OfMaterials {
+    fn add_mtl(&mut self, path: &Path, bytes: &[u8], reach: Reach) -> Result<()> {
+        let mut material = None;
+        for (keyword, rest) in statements(bytes) {
+            match (keyword.as_str(), &material) {
+                ("newmtl", _) => material = Some(rest),
+                ("map_Kd", Some(material)) if self.known.insert(String::clone(material)) => {
+                    let file = without_options(&rest).replace('\\', "/");
+                    let file = named_file(path, Path::new(&file), "map_Kd", reach)?;
+                    let image = match self.files.get(&file) {
+                        Some(image) => image.clone(),
+                        None => {
+                            let bytes = input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE)?;
+                            self.files.entry(file).or_insert(bytes.into()).clone()
+                        }
+                    };
+                    self.found.push((String::clone(material), image));
+                }
+                _ => {}
             }
-            _ => {}
         }
+        Ok(())
     }
-    Ok(found)
 }
 
 /// The keyword of each line and what is behind it: names may have blanks in them.
@@ -116,10 +144,20 @@ mod tests {
              newmtl grey\nKd 0.5 0.5 0.5\nnewmtl eye\nmap_Bump -bm 2 eye.jpg\nmap_Kd -o 0.5 eye.jpg # the iris\n",
         )
         .unwrap();
-        let expected = [("skin of a face".to_owned(), b"skin".to_vec()), ("eye".to_owned(), b"eye".to_vec())];
+        let expected =
+            [("skin of a face".to_owned(), b"skin"[..].into()), ("eye".to_owned(), b"eye"[..].into())];
         for file in ["face.obj", "the face.mtl"] {
             assert_eq!(read_textures(&at(file), Reach::Below).unwrap(), expected, "{file}");
         }
+        // Named many times, it is read and kept once; the first image of a material counts.
+        std::fs::write(
+            at("many.mtl"),
+            "newmtl a\nmap_Kd eye.jpg\nmap_Kd not-there.png\nnewmtl b\nmap_Kd ./eye.jpg\nnewmtl c\nmap_Kd eye.jpg\n",
+        )
+        .unwrap();
+        let many = read_textures(&at("many.mtl"), Reach::Below).unwrap();
+        assert_eq!(many.iter().map(|(name, _)| &**name).collect::<Vec<_>>(), ["a", "b", "c"]);
+        assert!(Arc::ptr_eq(&many[0].1, &many[2].1));
         std::fs::write(at("out.mtl"), "newmtl a\nmap_Kd ../secret.png\n").unwrap();
         let refused = read_textures(&at("out.mtl"), Reach::Below).unwrap_err().to_string();
         assert!(refused.contains("map_Kd names ../secret.png"), "{refused}");
@@ -143,7 +181,7 @@ mod tests {
                 {"name": "eye", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}},
                 {"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]}"#;
         std::fs::write(at("face.gltf"), document).unwrap();
-        let expected = [("skin".to_owned(), b"skin".to_vec()), ("eye".to_owned(), b"eye".to_vec())];
+        let expected = [("skin".to_owned(), b"skin"[..].into()), ("eye".to_owned(), b"eye"[..].into())];
         assert_eq!(read_textures(&at("face.gltf"), Reach::Below).unwrap(), expected);
         std::fs::write(at("face.gltf"), document.replace(r#""source": 0"#, r#""source": 7"#)).unwrap();
         let refused = read_textures(&at("face.gltf"), Reach::Below).unwrap_err().to_string();

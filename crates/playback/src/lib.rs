@@ -61,6 +61,7 @@ pub use channels::of_recipe as channels_of;
 pub use correction::Correction;
 pub use edited_take::EditedTake;
 pub use example_residuals::{ExampleResiduals, example_residuals};
+pub use export::check_export;
 pub use layers::{FrameEdits, Layers};
 pub use performance::Performance;
 pub use playback::Playback;

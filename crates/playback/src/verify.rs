@@ -1,5 +1,6 @@
 //! Comparison of an exported file with its recipe, number by number.
 
+use crate::export::SceneParts;
 use crate::{Performance, Playback, channels};
 use rhytid_core::channel::{self, Channel, Tolerance};
 use rhytid_core::{Progress, Result, Rig, RigidMotion};
@@ -20,13 +21,12 @@ const OF_THIN: f64 = 4.0;
 /// the sum of two integers.
 const OF_INTEGERS: f64 = 0.03;
 
-/// The errors that are allowed to normals that are fitted to few shapes: of a vertex, and as a root mean
-/// square.
-///
-/// The file states no error of such normals, so these limits only tell right from wrong. The first limit is
-/// for vertices without thin triangles, and one value in [`FITTED_AT_LARGE`] may exceed it.
-const OF_FITTED: [f64; 2] = [0.6, 0.3];
-const FITTED_AT_LARGE: usize = 1000;
+/// The part by which the root mean square of fitted normals' errors may differ from what the file states, and
+/// the difference that is allowed in any case. Devices round the normals of thin triangles differently.
+const OF_FITTED: [f64; 2] = [0.02, 1e-4];
+
+/// The error that is allowed to the length of a direction.
+const OF_LENGTH: f64 = 1e-3;
 
 /// The largest change of a normal's component since the first frame that integers of 8 bits hold.
 const MOST_TURNED: f32 = 1.0;
@@ -66,8 +66,6 @@ pub struct Verified {
     pub head: f64,
     /// What else differs between the file and what the recipe gives.
     pub differences: Vec<String>,
-    /// Whether the root mean square of the normals' difference is larger than a fit makes it.
-    normals_are_off: bool,
 }
 
 impl Verified {
@@ -75,10 +73,7 @@ impl Verified {
     /// it in 32 bits.
     pub fn passed(&self) -> bool {
         let all = std::iter::once(&self.positions).chain(&self.others);
-        all.into_iter().all(|channel| channel.beyond == 0)
-            && self.head <= 1e-6
-            && !self.normals_are_off
-            && self.differences.is_empty()
+        all.into_iter().all(|channel| channel.beyond == 0) && self.head <= 1e-6 && self.differences.is_empty()
     }
 }
 
@@ -95,8 +90,10 @@ pub fn verify(
 ) -> Result<Verified> {
     let (summary, selection) = (reader.summary().clone(), &performance.selection);
     let mut differences = differences(&summary, performance, format)?;
+    let parts = SceneParts::new(playback, performance)?;
+    differences.extend(reader.compare(&parts.scene(&performance.rig, performance))?);
     let devices = DEVICES_DIFFER * diagonal(&performance.rig);
-    let allowed = summary.stated_error.unwrap_or(0.0) + devices;
+    let allowed = summary.stated_error.map_or(0.0, |stated| stated.worst) + devices;
     let limits = Limits {
         devices,
         allowed,
@@ -142,13 +139,60 @@ pub fn verify(
     if wrong_extents > 0 {
         differences.push(format!("extents: wrong in {wrong_extents} of {done} frames"));
     }
-    let mut found = compared.into_iter().map(|compared| compared.finish(summary.fitted));
-    let positions =
-        found.next().unwrap_or_else(|| Compared::new(&channel::POSITIONS, &summary).finish(summary.fitted));
+    let at_stated = compared[0].at_asked;
+    let mut found = compared.into_iter().map(Compared::finish);
+    let positions = found.next().unwrap_or_else(|| Compared::new(&channel::POSITIONS, &summary).finish());
     let others: Vec<ChannelDifference> = found.collect();
-    let normals = others.iter().find(|other| other.channel.name == channel::NORMALS.name);
-    let normals_are_off = summary.fitted && normals.is_some_and(|normals| normals.rms > OF_FITTED[1]);
-    Ok(Verified { frames: done, positions, others, allowed, head: off_head, differences, normals_are_off })
+    differences.extend(wrong_statements(&summary, &positions, &others, devices, at_stated));
+    Ok(Verified { frames: done, positions, others, allowed, head: off_head, differences })
+}
+
+/// What the file states of its errors and is not so. A file that states a large error would allow anything.
+/// `at_stated` is the difference at the stated place of the largest one.
+fn wrong_statements(
+    summary: &Summary,
+    positions: &ChannelDifference,
+    others: &[ChannelDifference],
+    devices: f64,
+    at_stated: f64,
+) -> Vec<String> {
+    let is_off =
+        |stated: f64, found: f64, rounding: f64| (stated - found).abs() > rounding || stated.is_nan();
+    let sentence =
+        |what: &str, stated: f64, found: f64| format!("the stated {what}: {stated:.6}, but it is {found:.6}");
+    let mut wrong = Vec::new();
+    if let Some(stated) = summary.stated_error {
+        if is_off(stated.worst, positions.worst, 2.0 * devices) {
+            wrong.push(sentence("error", stated.worst, positions.worst));
+        }
+        if is_off(stated.rms, positions.rms, 0.01 * positions.rms + devices) {
+            wrong.push(sentence("RMS error", stated.rms, positions.rms));
+        }
+        if is_off(at_stated, positions.worst, 2.0 * devices) {
+            let (frame, vertex) = stated.at;
+            wrong.push(format!(
+                "the stated place of the largest error: not in frame {frame}, vertex {vertex}"
+            ));
+        }
+    }
+    for other in others {
+        let is_normal = other.channel.name == channel::NORMALS.name;
+        let Some(stated) = summary.stated_channel_error(&other.channel) else {
+            if is_normal && summary.fitted {
+                wrong.push("the error of the normals: is not stated; export the file again".into());
+            }
+            continue;
+        };
+        let [part, rounding] = OF_FITTED;
+        if is_normal && is_off(stated.rms, other.rms, part * other.rms + rounding) {
+            wrong.push(sentence("RMS error of the normals", stated.rms, other.rms));
+        }
+        // Thin triangles magnify how devices round.
+        if stated.worst > 2.0 * other.worst + 0.01 || stated.worst.is_nan() {
+            wrong.push(sentence(&format!("error of the {}", other.channel.words), stated.worst, other.worst));
+        }
+    }
+    wrong
 }
 
 /// The differences between the file and what its recipe gives that are known without reading frames.
@@ -215,6 +259,9 @@ struct Compared {
     count: usize,
     /// The largest difference that the file states for the channel.
     stated: f64,
+    /// The frame and the vertex of the largest difference, as the file states it, and the difference there.
+    asked: Option<(usize, usize)>,
+    at_asked: f64,
     /// The normals of the first frame, where integers may have clamped those of later frames.
     first: Vec<f32>,
 }
@@ -230,7 +277,9 @@ impl Compared {
             first_beyond: None,
         };
         let stated = summary.stated_channel_error(channel).map_or(0.0, |stated| stated.worst);
-        Self { difference, squares: 0.0, count: 0, stated, first: Vec::new() }
+        let is_positions = channel.name == channel::POSITIONS.name;
+        let asked = summary.stated_error.filter(|_| is_positions).map(|stated| stated.at);
+        Self { difference, squares: 0.0, count: 0, stated, asked, at_asked: f64::NAN, first: Vec::new() }
     }
 
     /// Whether its tolerance asks for the heights of triangles.
@@ -249,11 +298,7 @@ impl Compared {
         // Fitted channels follow the fitted positions.
         let moved = if limits.fitted { limits.allowed } else { limits.devices };
         let thin = |v: usize| heights.get(v).map_or(f64::INFINITY, |h| OF_THIN * moved / h);
-        let of_normals = match (is_normal, limits.fitted, limits.is_stated) {
-            (true, true, _) => OF_FITTED[0],
-            (true, false, true) => OF_INTEGERS,
-            _ => 0.0,
-        };
+        let of_normals = if is_normal && !limits.fitted && limits.is_stated { OF_INTEGERS } else { 0.0 };
         if is_normal && limits.is_stated && self.first.is_empty() {
             self.first = expected.to_vec();
         }
@@ -283,7 +328,16 @@ impl Compared {
             };
             // Also if the distance is NaN, which then stays the worst.
             let distance = if is_axis { off(1.0).min(off(-1.0)) } else { off(1.0) };
-            let allowed = if any(v, expected) { f64::INFINITY } else { allowed(v) };
+            let length = |x: &[f32]| x.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
+            let allowed = match () {
+                () if any(v, expected) => f64::INFINITY,
+                // Where both strains are the same, each direction is right, but it is still one.
+                () if is_axis && (length(found) - length(expected)).abs() > OF_LENGTH => 0.0,
+                () => allowed(v),
+            };
+            if self.asked == Some((frame, v)) {
+                self.at_asked = distance;
+            }
             if distance > allowed || distance.is_nan() {
                 beyond += 1;
                 first_beyond = first_beyond.or(Some((frame, v)));
@@ -300,11 +354,7 @@ impl Compared {
         self.difference.first_beyond = first_beyond;
     }
 
-    fn finish(mut self, fitted: bool) -> ChannelDifference {
-        let is_normal = self.difference.channel.name == channel::NORMALS.name;
-        if is_normal && fitted && self.difference.beyond * FITTED_AT_LARGE <= self.count {
-            (self.difference.beyond, self.difference.first_beyond) = (0, None);
-        }
+    fn finish(self) -> ChannelDifference {
         ChannelDifference { rms: (self.squares / self.count.max(1) as f64).sqrt(), ..self.difference }
     }
 }

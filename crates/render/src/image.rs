@@ -1,15 +1,12 @@
 //! Pictures as textures. They are read from files. Their mipmaps keep distant surfaces from shimmering.
 
 use crate::picture::{Picture, from_srgb, to_srgb};
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, InputErrorKind, Result, check_pixels};
 use std::io::Cursor;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
 use zune_jpeg::zune_core::colorspace::ColorSpace;
 use zune_jpeg::zune_core::options::DecoderOptions;
-
-/// The most pixels along a side of a picture that is read.
-const MOST: u32 = 16_384;
 
 impl Picture {
     /// Reads a PNG or JPEG. Fewer channels or other depths are converted to 8 bits of red, green, blue and
@@ -17,15 +14,16 @@ impl Picture {
     ///
     /// # Errors
     /// [`Error::Input`], without the file's name, if the bytes are neither format, are damaged, or have more
-    /// than 16,384 pixels along a side.
+    /// pixels than [`check_pixels`] allows.
     pub fn decode(bytes: &[u8]) -> Result<Self> {
         let read = match bytes {
             [0x89, b'P', b'N', b'G', ..] => png(bytes),
             [0xff, 0xd8, ..] => jpeg(bytes),
             _ => Err(Error::unsupported_format("is neither")),
         };
-        read.map_err(|error| {
-            error.reworded(|why| format!("{why}, expected a sound PNG or JPEG; export the image again"))
+        read.map_err(|error| match error.input_kind() {
+            Some(InputErrorKind::TooLarge) => error,
+            _ => error.reworded(|why| format!("{why}, expected a sound PNG or JPEG; export the image again")),
         })
     }
 
@@ -59,9 +57,10 @@ fn png(bytes: &[u8]) -> Result<Picture> {
     let fault = |e: png::DecodingError| Error::malformed(format!("is not read as a PNG: {e}"));
     let mut decoder = png::Decoder::new(Cursor::new(bytes));
     decoder.set_transformations(png::Transformations::normalize_to_color8() | png::Transformations::ALPHA);
+    let header = decoder.read_header_info().map_err(fault)?;
+    let size = [header.width, header.height];
+    check_pixels(size[0].into(), size[1].into())?;
     let mut reader = decoder.read_info().map_err(fault)?;
-    let size = [reader.info().width, reader.info().height];
-    refuse_large(size)?;
     let mut pixels = vec![0; reader.output_buffer_size().ok_or_else(|| Error::too_large("is too large"))?];
     let found = reader.next_frame(&mut pixels).map_err(fault)?;
     if found.color_type == png::ColorType::GrayscaleAlpha {
@@ -74,25 +73,19 @@ fn png(bytes: &[u8]) -> Result<Picture> {
 fn jpeg(bytes: &[u8]) -> Result<Picture> {
     let options = DecoderOptions::default()
         .jpeg_set_out_colorspace(ColorSpace::RGBA)
-        .set_max_width(MOST as usize)
-        .set_max_height(MOST as usize);
+        .set_max_width(usize::MAX)
+        .set_max_height(usize::MAX);
     let mut decoder = JpegDecoder::new_with_options(ZCursor::new(bytes), options);
-    let pixels = decoder.decode().map_err(|e| Error::malformed(format!("is not read as a JPEG: {e}")))?;
+    let fault = |e: zune_jpeg::errors::DecodeErrors| Error::malformed(format!("is not read as a JPEG: {e}"));
+    decoder.decode_headers().map_err(fault)?;
     let (width, height) =
         decoder.dimensions().ok_or_else(|| Error::malformed("is not read as a JPEG: it has no size"))?;
+    check_pixels(width as u64, height as u64)?;
+    let pixels = decoder.decode().map_err(fault)?;
     match decoder.output_colorspace() {
         Some(ColorSpace::RGBA) => Ok(Picture { size: [width as u32, height as u32], pixels }),
         other => Err(Error::unsupported_format(format!(
             "is a JPEG of other colours than red, green and blue ({other:?})"
-        ))),
-    }
-}
-
-fn refuse_large([width, height]: [u32; 2]) -> Result<()> {
-    match width.max(height) <= MOST {
-        true => Ok(()),
-        false => Err(Error::too_large(format!(
-            "has {width} × {height} pixels and at most {MOST} are read either way"
         ))),
     }
 }

@@ -7,8 +7,10 @@ use crate::target::Target;
 use crate::vertices::Vertices;
 use bytemuck::{Pod, Zeroable};
 use rhytid_core::{Error, Faces, Materials, Result, Uvs};
+use std::collections::HashMap;
 use std::num::NonZeroU64;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The images of a mesh, and the places of its corners on them.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +25,7 @@ pub struct Surface<'a> {
     pub materials: Option<&'a Materials>,
     /// An image for each material. Without materials, one image for all faces. Faces without an image have
     /// the colour of [`crate::Look::Smooth`].
-    pub images: &'a [Option<Picture>],
+    pub images: &'a [Option<Arc<Picture>>],
 }
 
 /// A corner as the shader reads it.
@@ -96,7 +98,7 @@ impl Textured {
         queue: &wgpu::Queue,
         [view, image]: [&wgpu::BindGroupLayout; 2],
         target: Target,
-        pictures: &[Option<Picture>],
+        pictures: &[Option<Arc<Picture>>],
         images: &Images,
         of_images: Vec<Vec<Corner>>,
     ) -> Self {
@@ -117,11 +119,14 @@ impl Textured {
         let skin = Picture::filled([1, 1], [to_srgb(SKIN[0]), to_srgb(SKIN[1]), to_srgb(SKIN[2]), 255]);
         let mut first = 0;
         let mut groups = Vec::new();
+        // A picture of many materials is on the device once.
+        let mut known: HashMap<*const Picture, wgpu::BindGroup> = HashMap::new();
         for (i, corners) in of_images.iter().enumerate().filter(|(_, corners)| !corners.is_empty()) {
-            let picture = pictures.get(i).and_then(Option::as_ref).unwrap_or(&skin);
+            let picture = pictures.get(i).and_then(Option::as_deref).unwrap_or(&skin);
             let range = first..first + corners.len() as u32;
             first = range.end;
-            groups.push((range, images.group(device, queue, picture)));
+            let group = known.entry(picture).or_insert_with(|| images.group(device, queue, picture));
+            groups.push((range, group.clone()));
         }
         let corners = of_images.concat();
         let contents: &[u8] = bytemuck::cast_slice(&corners);

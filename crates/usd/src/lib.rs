@@ -5,6 +5,7 @@
 
 mod build;
 mod channels;
+mod compare;
 pub mod layer;
 pub mod read;
 mod stitch;

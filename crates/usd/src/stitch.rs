@@ -65,21 +65,39 @@ pub fn stitch(parts: &[PathBuf], output: &Path) -> Result<Stitched> {
         let part_folder = folder_of(&part.path)?;
         assets.push(asset(&part.path, &part_folder, &folder)?);
     }
-    let first_time_codes: Vec<f64> = opened.parts().iter().map(|part| part.first_time_code).collect();
     let summary = opened.summary();
     let first = open(&opened.parts()[0].path)?.layer;
-    let animated = animated(&first)?;
-    let declared = Layer { metadata: Fields::new(), prims: declarations(animated).into_iter().collect() };
+    let declared = declarations_of(&first);
     let declared = CrateWriter::create(Cursor::new(Vec::new()), &declared).and_then(CrateWriter::finish);
     let mut manifest_file = Companion::create(output, &MANIFEST)?;
     manifest_file.write(declared.map_err(Error::io(output))?.0.get_ref())?;
     let manifest = manifest_file.path();
     let manifest_asset = asset(&manifest, &folder, &folder)?;
-    let whole = layer(&first, animated, summary, manifest_asset, assets, &first_time_codes);
+    let whole = whole(&first, summary, &opened, manifest_asset, assets)?;
     let whole = LayerWriter::create(output, encoding, &whole)?;
     let bytes = manifest_file.finish(|| whole.finish())?;
     let time_codes = [summary.first_time_code, summary.time_code(summary.frames - 1)];
     Ok(Stitched { bytes, manifest, parts: opened.parts().len(), frames: summary.frames, time_codes })
+}
+
+/// The manifest's layer, which declares what has samples in the parts.
+pub(crate) fn declarations_of(first: &Layer) -> Layer {
+    Layer { metadata: Fields::new(), prims: default_prim(first).and_then(declarations).into_iter().collect() }
+}
+
+/// The layer that plays `parts`, the first of which is `first`, as the files `assets`.
+///
+/// # Errors
+/// [`Error::Internal`] if the first part has no default prim.
+pub(crate) fn whole(
+    first: &Layer,
+    summary: &Summary,
+    parts: &Parts,
+    manifest: String,
+    assets: Vec<String>,
+) -> Result<Layer> {
+    let first_time_codes: Vec<f64> = parts.parts().iter().map(|part| part.first_time_code).collect();
+    Ok(layer(first, animated(first)?, summary, manifest, assets, &first_time_codes))
 }
 
 /// The prim that a part animates.

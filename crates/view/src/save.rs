@@ -63,7 +63,7 @@ impl ViewApp {
 fn free(rig: &Path, what: &str, extension: &str) -> Result<PathBuf> {
     let stem = rig.file_stem().unwrap_or_default().to_string_lossy();
     let name = |i: usize| rig.with_file_name(format!("{stem}-{what}-{i:04}.{extension}"));
-    let found = (1..MOST).map(name).find(|path| !path.exists());
+    let found = (1..MOST).map(name).find(|path| path.symlink_metadata().is_err());
     found.ok_or_else(|| {
         let first = name(1);
         Error::input(format!("{}: there are {MOST} files like it; move some away", first.display()))

@@ -41,8 +41,9 @@ impl Server {
     pub fn run(&self) {
         for stream in self.listener.incoming().filter_map(std::result::Result::ok) {
             let folder = self.folder.clone();
-            // A browser that goes away meanwhile is no error.
-            std::thread::spawn(move || answer(stream, &folder).ok());
+            // A browser that goes away meanwhile is no error. A connection for which there is no thread is
+            // closed, and the browser tries again.
+            let _ = std::thread::Builder::new().spawn(move || answer(stream, &folder).ok());
         }
     }
 }
@@ -163,6 +164,12 @@ mod tests {
         }
         assert!(ask("POST / HTTP/1.1").starts_with("HTTP/1.1 405 "));
         assert!(ask("").starts_with("HTTP/1.1 405 "));
+        // Clients that connect and say nothing keep nobody waiting.
+        let silent: Vec<TcpStream> = (0..300).map(|_| TcpStream::connect(address).unwrap()).collect();
+        let start = std::time::Instant::now();
+        assert!(ask("GET / HTTP/1.1").ends_with("\r\n\r\nyes"));
+        assert!(start.elapsed() < PATIENCE / 2, "{:?}", start.elapsed());
+        drop(silent);
         let taken = Server::new(address, &folder).err().unwrap();
         assert!(taken.contains(&address.to_string()) && taken.contains("name another address"), "{taken}");
     }

@@ -11,7 +11,7 @@ use rhytid::evaluate::{Regions, StrainCurves, coverage};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, Recipe, WrinkleGroups, Written};
 use rhytid::formats::{FileKind, mesh, refuse_inputs};
-use rhytid::playback::{Correction, Layers, Performance, Selection};
+use rhytid::playback::{Correction, Layers, Performance, Selection, check_export};
 use rhytid::{Error, Result, Rig, Take};
 use serde::Serialize;
 use std::ops::Range;
@@ -147,10 +147,38 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     Performance::check(&recipe, &rig).map_err(|error| error.in_file(args.rig.display()))?;
     masks::check(args, &rig, &recipe)?;
     let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
-    let take = match (&args.take, count) {
-        (Some(path), None) => inputs::take(path, &rig, &args.reading, ui)?,
-        _ => listen::take(args, &rig, count.unwrap_or_default(), ui)?,
+    let prepared = Prepared { rig, layers, recipe, regions, device, format };
+    let Some(frames) = count else {
+        let take = args.take.as_ref().ok_or_else(|| Error::Internal("there is no take".into()))?;
+        let take = inputs::take(take, &prepared.rig, &args.reading, ui)?;
+        return make(args, prepared, take, ui);
     };
+    let options = export_options(args, prepared.rig.surface().metres_per_unit);
+    check_export(&prepared.rig, &prepared.recipe, frames, &args.output, &options)?;
+    let (take, kept) = listen::take(args, &prepared.rig, frames, ui)?;
+    let made = make(args, prepared, take, ui);
+    match made {
+        Ok(_) => kept.remove(),
+        Err(_) => ui.line(&format!("note: {}", kept.advice())),
+    }
+    made
+}
+
+/// Everything that is known before the take.
+struct Prepared {
+    rig: Rig,
+    layers: Option<Layers>,
+    recipe: Recipe,
+    /// The regions of the strain curves.
+    regions: Option<Regions>,
+    /// The device that was named.
+    device: Option<DeviceInfo>,
+    format: Format,
+}
+
+/// The animated file of a take.
+fn make(args: &args::Animate, prepared: Prepared, take: Take, ui: &Ui) -> Result<Animated> {
+    let Prepared { rig, layers, recipe, regions, device, format } = prepared;
     let range = match args.frames {
         FramesChoice::Range(range) => range.within(take.frames())?,
         FramesChoice::Count(_) => 0..take.frames(),
@@ -307,14 +335,14 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
     };
     log::warn!(
         "the take goes far outside what the examples show in {} ({}{more}), most in frame {} ({:.2} s) in the region {}: \
-         {:.1} times as {}; look at these frames, scan such an expression (`rhytid coverage` plans it), or let the wrinkles \
+         {} as {}; look at these frames, scan such an expression (`rhytid coverage` plans it), or let the wrinkles \
          fade there with --fade-detail",
         human::counted(frames, "frame"),
         stretches.join(", "),
         range.start + worst.farthest,
         worst.time,
         worst.region,
-        worst.times,
+        human::times(worst.times),
         worst.of
     );
     Ok(true)

@@ -265,7 +265,7 @@ fn change(strain: f64, millimetres: f64) -> String {
 }
 
 fn percent(strain: f64) -> String {
-    format!("{:.1} %", strain * 100.0)
+    human::percent(strain, 1)
 }
 
 fn seconds(time: f64) -> String {

@@ -5,11 +5,12 @@ use crate::args::HeadChoice;
 use crate::progress::{Ui, timed};
 use crate::{args, output};
 use rhytid::core::human;
-use rhytid::core::{Mesh, StrainEdges};
+use rhytid::core::{Example, Handles, Mesh, StrainEdges};
 use rhytid::formats::project::{
     self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection,
     MeshSection, Method, PinsSection, Project, StrainSection, Units,
 };
+use rhytid::formats::take::Missing;
 use rhytid::formats::{Reach, mesh, tables, take};
 use rhytid::playback::FrameRange;
 use rhytid::{Error, Face, Progress, Result, Take};
@@ -254,33 +255,73 @@ fn draw(
     }
 }
 
-/// Writes the meshes, the handles, the project file and the take. Returns a line about them.
+/// A file that `solve` and `animate` read.
+enum Input<'a> {
+    Neutral(&'a Mesh),
+    Pose(&'a Mesh, &'a Example),
+    Handles(&'a Handles),
+    Take(&'a Take),
+    Project(Project),
+}
+
+impl Input<'_> {
+    fn is_in(&self, path: &Path) -> Result<bool> {
+        Ok(match self {
+            Self::Neutral(mesh) => mesh::read(path)? == **mesh,
+            Self::Pose(neutral, example) => mesh::read(path)? == pose(neutral, example),
+            Self::Handles(handles) => tables::read_handles(path)? == **handles,
+            Self::Take(take) => take::read(path, None, Missing::Leave)? == **take,
+            Self::Project(project) => project::read_project(path)? == *project,
+        })
+    }
+
+    fn write(&self, path: &Path) -> Result<()> {
+        match self {
+            Self::Neutral(mesh) => mesh::write_obj(path, mesh),
+            Self::Pose(neutral, example) => mesh::write_obj(path, &pose(neutral, example)),
+            Self::Handles(handles) => tables::write_handles(path, handles, None),
+            Self::Take(take) => take::write(path, take),
+            Self::Project(project) => project::write(path, project),
+        }
+    }
+}
+
+fn pose(neutral: &Mesh, example: &Example) -> Mesh {
+    Mesh { positions: example.positions.clone(), ..neutral.clone() }
+}
+
+/// Writes the files that are not there yet. Files that somebody has changed stay, and are an error.
 fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String> {
-    let meshes = 1 + face.examples.len() as u64;
-    let report = |done| {
-        ui.report("write the input", done, meshes);
-        if ui.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
-    };
-    report(0)?;
-    mesh::write_obj(&dir.join("neutral.obj"), &face.neutral)?;
-    report(1)?;
-    let mut pose = Mesh::clone(&face.neutral);
+    let mut inputs = vec![(PathBuf::from("neutral.obj"), Input::Neutral(&face.neutral))];
     let mut examples = Vec::new();
-    for (i, example) in face.examples.iter().enumerate() {
+    for example in &face.examples {
         let file = PathBuf::from("poses").join(format!("{}.obj", example.name));
-        pose.positions.clone_from(&example.positions);
-        mesh::write_obj(&dir.join(&file), &pose)?;
+        inputs.push((file.clone(), Input::Pose(&face.neutral, example)));
         examples.push(ExampleSection {
             name: example.name.clone(),
             mesh: file,
             mirror: example.mirror,
             ..ExampleSection::default()
         });
-        report(i as u64 + 2)?;
     }
-    tables::write_handles(&dir.join("markers.csv"), &face.handles, None)?;
-    take::write(&dir.join("performance.csv"), take)?;
-    project::write(&dir.join("face.toml"), &project_of(face, examples)?)?;
+    let meshes = inputs.len();
+    inputs.push(("markers.csv".into(), Input::Handles(&face.handles)));
+    inputs.push(("performance.csv".into(), Input::Take(take)));
+    inputs.push(("face.toml".into(), Input::Project(project_of(face, examples)?)));
+    let mut missing = Vec::new();
+    for (file, input) in &inputs {
+        let path = dir.join(file);
+        if output::is_missing(&path, || input.is_in(&path))? {
+            missing.push((path, input));
+        }
+    }
+    for (i, (path, input)) in missing.iter().enumerate() {
+        ui.report("write the input", i as u64, missing.len() as u64);
+        if ui.cancelled() {
+            return Err(Error::Cancelled);
+        }
+        input.write(path)?;
+    }
     Ok(format!("face.toml, neutral.obj, {} in poses/, markers.csv, performance.csv", meshes - 1))
 }
 

@@ -8,7 +8,7 @@ use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
 use rhytid::core::VertexId;
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, Handles};
-use rhytid::formats::{FileKind, project, raw_take, refuse_inputs, tables};
+use rhytid::formats::{FileKind, named_output, project, raw_take, refuse_inputs, tables};
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
 use rhytid::{Error, Face, InputErrorKind, Result};
@@ -33,9 +33,11 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     }
     let project = project::read_project(&args.project)?;
     let table = table(args, &project)?;
-    let picture = args.picture.clone().unwrap_or_else(|| table.with_extension("png"));
+    let picture = picture(args, &project, &table)?;
+    // The project's own table is not read, and may be made anew.
+    let own = args.project.parent().unwrap_or(Path::new("")).join(&project.handles.vertices);
     let files = project::files(&project, &args.project);
-    let read = files.iter().filter(|file| **file != table).map(PathBuf::as_path);
+    let read = files.iter().filter(|file| **file != own).map(PathBuf::as_path);
     refuse_inputs(&[&table, &picture], read.chain(args.take.as_deref()))?;
     drop(AtomicFile::create(&table)?);
     drop(AtomicFile::create(&picture)?);
@@ -124,7 +126,8 @@ fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
     if let Some(output) = &args.output {
         return Ok(output.clone());
     }
-    let table = args.project.parent().unwrap_or(Path::new("")).join(&project.handles.vertices);
+    let file = &project.handles.vertices;
+    let table = named_output(&args.project, file, "[handles] vertices", "csv", args.elsewhere.reach())?;
     match table.exists() {
         false => Ok(table),
         true => Err(Error::input(format!(
@@ -132,6 +135,19 @@ fn table(args: &args::Handles, project: &project::Project) -> Result<PathBuf> {
             table.display()
         ))
         .of_kind(InputErrorKind::WouldOverwrite { file: table })),
+    }
+}
+
+/// The picture to draw: beside the table, if no other was given.
+fn picture(args: &args::Handles, project: &project::Project, table: &Path) -> Result<PathBuf> {
+    match (&args.picture, &args.output) {
+        (Some(picture), _) => Ok(picture.clone()),
+        (None, Some(_)) => Ok(table.with_extension("png")),
+        // Its name comes from the project, as the table's does.
+        (None, None) => {
+            let file = project.handles.vertices.with_extension("png");
+            named_output(&args.project, &file, "[handles] vertices", "png", args.elsewhere.reach())
+        }
     }
 }
 

@@ -5,9 +5,10 @@ use crate::progress::Ui;
 use crate::{interrupt, output};
 use rhytid::capture::{Target, misfit};
 use rhytid::core::human;
-use rhytid::formats::take;
-use rhytid::live::{Counts, Receiver, Recording, record};
+use rhytid::formats::take::{self, TakeStream};
+use rhytid::live::{Counts, LiveFrame, Receiver, Recording, record};
 use rhytid::{Error, Result, Rig, Take};
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 /// How long to wait for a frame.
@@ -34,28 +35,94 @@ pub(super) fn count(args: &Animate) -> Result<Option<usize>> {
     }
 }
 
-/// Records a take of `rig`'s handles, and writes it if requested.
+/// A recording that is kept until its output is written.
+pub(super) struct Kept {
+    /// The file with the frames. It grows while they come.
+    path: PathBuf,
+    /// Whether the user asked for it, so that it stays.
+    is_asked_for: bool,
+    rig: PathBuf,
+    output: PathBuf,
+}
+
+impl Kept {
+    /// The output is there, and the recording is not needed any more.
+    pub(super) fn remove(&self) {
+        if !self.is_asked_for {
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+
+    /// What to do if the output could not be written.
+    pub(super) fn advice(&self) -> String {
+        let [rig, take, output] = [&self.rig, &self.path, &self.output].map(|path| output::word(path));
+        format!(
+            "the recording is in {}; make the output from it with `rhytid animate {rig} {take} -o {output}`",
+            self.path.display()
+        )
+    }
+
+    /// Writes the recording elsewhere if its folder has vanished.
+    fn keep(&mut self, take: &Take) -> Result<()> {
+        if self.path.exists() {
+            return Ok(());
+        }
+        let name = self.path.file_name().unwrap_or_default();
+        self.path = free(&std::env::temp_dir().join(name));
+        take::write(&self.path, take)
+    }
+}
+
+/// The name for a recording that makes `output`: `face.recording.csv` for `face.usd`, or the next free one.
+fn recording_of(output: &Path) -> PathBuf {
+    free(&output.with_extension("recording.csv"))
+}
+
+/// `path`, or the next name that is free.
+fn free(path: &Path) -> PathBuf {
+    let stem = path.with_extension("");
+    let numbered = (2_u32..).map(|i| stem.with_extension(format!("recording-{i}.csv")));
+    let mut names = std::iter::once(path.to_owned()).chain(numbered);
+    names.find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| path.to_owned())
+}
+
+/// Records a take of `rig`'s handles, and writes it if requested. Its frames are on disk as they come.
 ///
 /// # Errors
 /// [`Error::Input`] if the address cannot be listened at, or if nothing or nothing of this rig arrives;
 /// [`Error::Io`]; [`Error::Cancelled`].
-pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<Take> {
+pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<(Take, Kept)> {
     let address = args.live.listen.ok_or_else(|| Error::Internal("nowhere to listen".into()))?;
     let rest: Vec<[f32; 3]> =
         rig.handles().vertices.iter().map(|&vertex| rig.surface().rest[vertex.index()]).collect();
     let mut receiver = Receiver::bind(address, &rig.handles().labels, &rest)?;
     let address = receiver.address();
+    let patience = args.live.timeout.unwrap_or(PATIENCE);
+    let ended = interrupt::recording_ended;
+    let path = recording_of(args.live.record.as_ref().unwrap_or(&args.output));
+    let mut kept = Kept { path, is_asked_for: false, rig: args.rig.clone(), output: args.output.clone() };
+    let mut stream = TakeStream::create(&kept.path, &rig.handles().labels)?;
     if !ui.is_quiet() {
         ui.line(&format!("listening at {address} for {}", human::counted(frames, "frame")));
     }
-    let patience = args.live.timeout.unwrap_or(PATIENCE);
-    let ended = interrupt::recording_ended;
+    // A full disk does not end the recording: the frames are in memory, too.
+    let mut fault = None;
+    let mut seen = |frame: &LiveFrame<'_>| {
+        if fault.is_none() {
+            fault = stream.frame(frame.time, frame.positions, frame.confidence).err();
+        }
+    };
     let recorded = interrupt::end_of_recording(|| {
-        record(&mut receiver, &rig.handles().labels, frames, patience, &ended, ui)
+        record(&mut receiver, &rig.handles().labels, frames, patience, &ended, &mut seen, ui)
     });
     ui.clear();
-    let recording = recorded?;
+    if let Some(error) = fault {
+        log::warn!("{error}: the recording goes on in memory alone");
+        kept.remove();
+    }
+    let recording = recorded.inspect_err(|_| kept.remove())?;
     if recording.unseen.len() == rig.handles().labels.len() {
+        kept.remove();
         return Err(Error::network(format!(
             "{address}: no frame has a marker of the rig's {}, expected labels such as {}; see `rhytid info {}`",
             human::counted(rig.handles().labels.len(), "handle"),
@@ -63,8 +130,11 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
             args.rig.display()
         )));
     }
+    kept.keep(&recording.take)?;
     if let Some(path) = &args.live.record {
-        take::write(path, &recording.take)?;
+        take::write(path, &recording.take).inspect_err(|_| ui.line(&format!("note: {}", kept.advice())))?;
+        kept.remove();
+        kept = Kept { path: path.clone(), is_asked_for: true, ..kept };
     }
     let received = format!("{address}: {}", summary(&recording, receiver.counts()));
     match (args.json.wanted, ui.is_quiet()) {
@@ -82,7 +152,7 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
         );
     }
     warn(&recording, rig);
-    Ok(recording.take)
+    Ok((recording.take, kept))
 }
 
 /// Warns about positions that were never received, and about positions in another space.

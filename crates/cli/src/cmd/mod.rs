@@ -39,6 +39,8 @@ use std::process::ExitCode;
 /// # Errors
 /// As the command's.
 pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
+    rhytid::core::protect_inputs();
+    rhytid::core::set_most_pixels(args.max_pixels);
     match &args.command {
         Command::New(args) => new::run(args, ui)?,
         Command::Solve(args) => solve::run(args, ui)?,

@@ -4,6 +4,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, place_handles};
 use rhytid::core::human;
+use rhytid::core::text::quoted;
 use rhytid::core::{Example, Handles, Mesh, RawTake, Settings, UpAxis};
 use rhytid::formats::project::{self, Units};
 use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
@@ -40,8 +41,10 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     let folder = args.output.as_deref().or(args.neutral.parent()).unwrap_or(Path::new(""));
     let project = folder.join("face.toml");
     let table = folder.join("markers.csv");
-    for file in [&project, &table] {
-        if file.exists() {
+    let picture = table.with_extension("png");
+    for file in [&project, &table, &picture] {
+        // A link counts too, even one that leads nowhere: what is written would land elsewhere.
+        if file.symlink_metadata().is_ok() {
             return Err(Error::input(format!(
                 "{}: is there already; name another folder with -o",
                 file.display()
@@ -51,11 +54,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     }
     let neutral = ui.timed("read the neutral", || mesh::read(&args.neutral)).0?;
     let (examples, left_out) = ui.timed("read examples", || examples(args, &neutral)).0;
-    let take = args.take.clone().or_else(|| take_beside(&args.neutral));
-    let raw = match &take {
-        None => None,
-        Some(take) => Some(ui.timed("read the take", || raw_take::read(take, None)).0?),
-    };
+    check_names(&examples)?;
     let (units, unit_name) = unit(&neutral, args)?;
     let face = Face {
         name: "face".into(),
@@ -66,23 +65,33 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         neutral,
         settings: Settings::default(),
     };
-    let (face, placed) = ui.timed("place handles", || placed(face, raw.as_ref())).0?;
+    let Placed { face, take, distances } = ui.timed("place handles", || find_handles(face, args, ui)).0?;
 
-    if !folder.as_os_str().is_empty() {
-        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
-    }
-    let distances: Option<Vec<f64>> =
-        placed.as_ref().map(|placed| placed.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
-    tables::write_handles(&table, &face.handles, distances.as_deref())?;
-    let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
-    let picture = table.with_extension("png");
-    let picture = super::handles::draw(&picture, &face, &doubtful, &[])?.then_some(picture);
+    // Everything is known before the first file is written.
     let text = project_text(args, folder, &face, &examples, unit_name)?;
     let parsed = project::parse(&text, &project.display().to_string())?;
     let files = [&parsed.mesh.neutral].into_iter().chain(parsed.examples.iter().map(|example| &example.mesh));
     let is_elsewhere = |file: &PathBuf| named_file(&project, file, "", Reach::Below).is_err();
     let elsewhere = if files.into_iter().any(is_elsewhere) { " --allow-elsewhere" } else { "" };
-    output::file(&project, text.as_bytes())?;
+    if !folder.as_os_str().is_empty() {
+        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    }
+    let distances: Option<Vec<f64>> =
+        distances.map(|distances| distances.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
+    let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
+    let write = || {
+        tables::write_handles(&table, &face.handles, distances.as_deref())?;
+        let is_drawn = super::handles::draw(&picture, &face, &doubtful, &[])?;
+        output::file(&project, text.as_bytes())?;
+        Ok(is_drawn)
+    };
+    let is_drawn = write().inspect_err(|_| {
+        // None of them was there before.
+        for file in [&project, &picture, &table] {
+            let _ = std::fs::remove_file(file);
+        }
+    })?;
+    let picture = is_drawn.then_some(picture);
     ui.clear();
     for finding in examine(&face).findings.iter().filter(|finding| finding.severity > Severity::Note) {
         ui.line(&super::doctor::line(finding));
@@ -183,13 +192,62 @@ fn examples(args: &args::New, neutral: &Mesh) -> (Vec<(PathBuf, Example)>, Vec<P
     (examples, left_out)
 }
 
-/// The first raw take in the neutral's folder.
-fn take_beside(neutral: &Path) -> Option<PathBuf> {
+/// Refuses two examples of one name, such as `smile.obj` and `smile.ply`.
+fn check_names(examples: &[(PathBuf, Example)]) -> Result<()> {
+    for (i, (path, example)) in examples.iter().enumerate() {
+        if let Some((other, _)) = examples[..i].iter().find(|(_, other)| other.name == example.name) {
+            return Err(Error::conflict(format!(
+                "{} and {}: both would be the example {}; rename one of them, or move it away",
+                other.display(),
+                path.display(),
+                quoted(&example.name)
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// The takes in the neutral's folder, by name.
+fn takes_beside(neutral: &Path) -> Vec<PathBuf> {
     let folder = neutral.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut files: Vec<PathBuf> =
-        std::fs::read_dir(folder).ok()?.flatten().map(|entry| entry.path()).collect();
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
     files.sort();
-    files.into_iter().find(|path| matches!(FileKind::detect(path), Some(FileKind::RawTake | FileKind::Take)))
+    files.retain(|path| matches!(FileKind::detect(path), Some(FileKind::RawTake | FileKind::Take)));
+    files
+}
+
+/// A face with its handles.
+struct Placed {
+    face: Face,
+    /// The take whose markers they are, if they are any.
+    take: Option<PathBuf>,
+    /// The distance of each handle from its marker, in mesh units.
+    distances: Option<Vec<f64>>,
+}
+
+/// Places the handles at the markers of a take: the one that was given, else the first beside the neutral
+/// whose markers fit the face. A warning names the tables that are passed over. Without a take, handles are
+/// spread over the face.
+fn find_handles(face: Face, args: &args::New, ui: &Ui) -> Result<Placed> {
+    let by = |take: &Path, face: Face| {
+        let (face, distances) = placed(face, Some(&raw_take::read(take, None)?))?;
+        Ok(Placed { face, take: Some(take.to_owned()), distances })
+    };
+    if let Some(take) = &args.take {
+        return by(take, face);
+    }
+    for take in takes_beside(&args.neutral) {
+        match by(&take, face.clone()) {
+            Err(error @ Error::Input(_)) => ui.line(&format!(
+                "warning: {}: is passed over, since it is no take of this face ({error}); name a take with --take",
+                take.display()
+            )),
+            found => return found,
+        }
+    }
+    let (face, distances) = placed(face, None)?;
+    Ok(Placed { face, take: None, distances })
 }
 
 /// The size of the bounding box along x, y and z.
@@ -257,7 +315,7 @@ fn project_text(
     examples: &[(PathBuf, Example)],
     unit: &str,
 ) -> Result<String> {
-    let quoted = |path: &Path| toml_text(&relative(folder, path));
+    let in_toml = |path: &Path| toml_text(&relative(folder, path));
     let unit = if unit.parse::<f64>().is_ok() { unit.to_owned() } else { format!("{unit:?}") };
     let up = if face.up_axis == UpAxis::Y { "y" } else { "z" };
     let mut text = format!(
@@ -271,11 +329,11 @@ fn project_text(
          [handles]\n\
          vertices = \"markers.csv\"   # look at markers.png\n\n",
         args::DOCS,
-        quoted(&args.neutral)
+        in_toml(&args.neutral)
     );
     for (path, example) in examples {
         let fault = |_| Error::Internal("writing to a text".into());
-        writeln!(text, "[[example]]\nname = {}\nmesh = {}\n", toml_text(&example.name), quoted(path))
+        writeln!(text, "[[example]]\nname = {}\nmesh = {}\n", toml_text(&example.name), in_toml(path))
             .map_err(fault)?;
     }
     text += "# What no example moves stays, so that the back of the head does not swing. More that is to stay:\n\

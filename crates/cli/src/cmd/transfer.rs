@@ -69,13 +69,17 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
 struct Kept {
     dir: PathBuf,
     neutral: Mesh,
-    examples: Vec<(PathBuf, Example)>,
+    /// Those that are not there yet, with their positions.
+    missing: Vec<(PathBuf, Vec<[f64; 3]>)>,
+    /// The names and files of all.
+    names: Vec<(String, PathBuf)>,
 }
 
 impl Kept {
     fn new(dir: &Path, face: &Face, report: &TransferReport, read: &[PathBuf]) -> Result<Self> {
         let made = face.examples.iter().filter(|example| report.examples.contains(&example.name));
         let mut examples: Vec<(PathBuf, Example)> = Vec::new();
+        let mut names = Vec::new();
         for example in made {
             let harmless = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '_' };
             let mut name: String = example.name.chars().map(harmless).collect();
@@ -86,13 +90,20 @@ impl Kept {
         }
         let outputs: Vec<&Path> = examples.iter().map(|(path, _)| path.as_path()).collect();
         refuse_inputs(&outputs, read.iter().map(PathBuf::as_path))?;
-        Ok(Self { dir: dir.to_owned(), neutral: face.neutral.clone(), examples })
+        let mut missing = Vec::new();
+        for (path, example) in examples {
+            if output::is_missing(&path, || Ok(mesh::read(&path)?.positions == example.positions))? {
+                missing.push((path.clone(), example.positions.clone()));
+            }
+            names.push((example.name, path));
+        }
+        Ok(Self { dir: dir.to_owned(), neutral: face.neutral.clone(), missing, names })
     }
 
     fn write(&self) -> Result<()> {
         std::fs::create_dir_all(&self.dir).map_err(Error::io(&self.dir))?;
-        for (path, example) in &self.examples {
-            let mesh = Mesh { positions: example.positions.clone(), ..self.neutral.clone() };
+        for (path, positions) in &self.missing {
+            let mesh = Mesh { positions: positions.clone(), ..self.neutral.clone() };
             mesh::write_obj(path, &mesh)?;
         }
         Ok(())
@@ -101,9 +112,9 @@ impl Kept {
     /// The lines to add to the project file.
     fn lines(&self) -> String {
         let mut lines = "\n\nTo be added to the project file, where the examples are to be kept:".to_owned();
-        for (path, example) in &self.examples {
+        for (name, path) in &self.names {
             let path = path.display().to_string();
-            lines += &format!("\n[[example]]\nname = {:?}\nmesh = {path:?}", example.name);
+            lines += &format!("\n[[example]]\nname = {name:?}\nmesh = {path:?}");
         }
         lines
     }

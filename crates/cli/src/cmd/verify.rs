@@ -160,7 +160,7 @@ impl Comparison {
             frame: found.positions.at.0,
             vertex: found.positions.at.1,
             allowed_mm: found.allowed * millimetres,
-            stated_mm: summary.stated_error.map(|error| error * millimetres),
+            stated_mm: summary.stated_error.map(|error| error.worst * millimetres),
             channels,
             beyond: all.map(|channel| channel.beyond).sum(),
             head_worst: (summary.head || found.head > 0.0).then_some(found.head),

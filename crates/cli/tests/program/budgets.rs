@@ -117,3 +117,121 @@ fn a_cell_longer_than_any_line() {
     soon(&f, "info handles.csv", 0, "handle table");
     soon(&f, "info handles.csv --json", 0, "handle");
 }
+
+/// The header of a PNG of this size: an image of zeros follows, if `has_data`.
+fn png_of(width: u32, height: u32, has_data: bool) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, width, height);
+    encoder.set_color(png::ColorType::Grayscale);
+    let mut writer = encoder.write_header().unwrap();
+    if has_data {
+        let mut stream = writer.stream_writer().unwrap();
+        let row = vec![0; width as usize];
+        (0..height).for_each(|_| std::io::Write::write_all(&mut stream, &row).unwrap());
+        stream.finish().unwrap();
+    }
+    drop(writer);
+    bytes
+}
+
+/// A few bytes of a picture can announce any size.
+#[test]
+fn pictures_larger_than_memory() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f.write("huge.png", png_of(1 << 30, 1 << 30, false));
+    f.write("large.png", png_of(20_000, 20_000, true));
+    f.write("fine.png", png_of(64, 64, true));
+    assert!(f.read("large.png").len() < 500_000);
+    let project = f.read_text("face.toml");
+    let mesh = "mesh = \"poses/pinch.obj\"\n";
+    for map in ["huge", "large"] {
+        let pixels = if map == "huge" {
+            "pixels, expected at most 67,108,864 in all"
+        } else {
+            "20,000 × 20,000 pixels"
+        };
+        let displacement = format!("{mesh}displacement = \"{map}.png\"\nmillimetres = 1\n");
+        f.write("map.toml", project.replace(mesh, &displacement));
+        for command in ["info map.toml", "doctor map.toml", "solve map.toml -o out/a.safetensors"] {
+            soon(&f, command, 2, &format!("{map}.png: has "));
+            soon(&f, command, 2, pixels);
+            soon(&f, command, 2, "--max-pixels");
+        }
+        let render = "render face.safetensors take.csv --frames 0..1 --size 64x64 -o out/a.png";
+        soon(&f, &format!("{render} --show textured --texture {map}.png"), 2, pixels);
+        soon(&f, &format!("{render} --show matcap --matcap {map}.png"), 2, pixels);
+    }
+    f.assert_nothing_written();
+    let displacement = format!("{mesh}displacement = \"fine.png\"\nmillimetres = 1\n");
+    f.write("map.toml", project.replace(mesh, &displacement));
+    soon(
+        &f,
+        "solve map.toml -o out/a.safetensors --max-pixels 4095",
+        2,
+        "64 × 64 pixels, expected at most 4,095",
+    );
+    f.done("solve map.toml -o out/a.safetensors --max-pixels 4096");
+}
+
+/// A file that is named many times is read and kept once.
+#[cfg(target_os = "linux")]
+#[test]
+fn what_is_named_many_times_is_kept_once() {
+    let f = Fixture::new();
+    f.replace("neutral.obj", "f ", "usemtl a\nf ");
+    f.done("solve face.toml -o face.safetensors");
+    // 20 MB of picture that is none, 200 times; 3 MB of take, 600 times.
+    f.write("big.png", vec![7; 20 << 20]);
+    let mut mtl = String::new();
+    (0..200).for_each(|i| writeln!(mtl, "newmtl m{i}\nmap_Kd big.png\nmap_Kd big.png").unwrap());
+    f.write("a.mtl", mtl + "newmtl a\nmap_Kd big.png\n");
+    f.write("long.csv", f.take(8_000));
+    f.write("edit.toml", "[[add]]\ntake = \"long.csv\"\n".repeat(600));
+    let render = "render face.safetensors take.csv --frames 0..1 --size 64x64 -o out/a.png";
+    let textured = format!("{render} --show textured --texture a.mtl");
+    let edited =
+        "animate face.safetensors take.csv --edit edit.toml --frames 0..1 --device cpu:0 -o edited.usd";
+    for (command, code) in [(textured.as_str(), 2), (edited, 0)] {
+        // Drivers map much memory that they do not use, so what is measured is what is in use.
+        let script = format!("{} {command}; code=$?; exit $code", env!("CARGO_BIN_EXE_rhytid"));
+        let mut shell = std::process::Command::new("/bin/sh");
+        shell.args(["-c", &format!("ulimit -d 3000000; {script}")]).current_dir(f.path("."));
+        let output = shell.output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(code), "{command}: {}", &said[..said.len().min(500)]);
+    }
+}
+
+/// Few targets are found by comparing every frame with every other.
+#[test]
+fn compressing_a_long_take() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    f.write("long.csv", f.take(3_000));
+    for options in ["a.glb --compressed", "a.glb --shapes 8", "a.usd --shapes 8"] {
+        let command = format!("animate face.safetensors long.csv --device cpu:0 -o out/{options}");
+        soon(&f, &command, 2, "3000 frames are more than the 2048");
+    }
+    f.assert_nothing_written();
+}
+
+/// Numbers with which nothing can be computed.
+#[test]
+fn numbers_beyond_reason() {
+    let f = Fixture::new();
+    let project = f.read_text("face.toml");
+    f.write("fine.png", png_of(64, 64, true));
+    let map = "mesh = \"poses/pinch.obj\"\ndisplacement = \"fine.png\"\nmillimetres = 1e308\n";
+    f.write("map.toml", project.replace("mesh = \"poses/pinch.obj\"\n", map));
+    soon(&f, "solve map.toml -o out/a.safetensors", 2, "millimetres is 1e308, expected");
+    for (setting, words) in [
+        ("marker_noise = 1e308", "marker_noise is 1e308, expected millimetres, a number from 0 to 1000"),
+        ("ridge = 1e300", "ridge is 1e300, expected a number above 0, at most 1000000"),
+        ("wrinkle_ridge = 1e300", "wrinkle_ridge is 1e300, expected a number above 0, at most 1000000"),
+    ] {
+        f.write("learned.toml", format!("{project}[learned]\n{setting}\n"));
+        soon(&f, "solve learned.toml -o out/a.safetensors", 2, words);
+    }
+    f.assert_nothing_written();
+}

@@ -385,14 +385,14 @@ fn detail_is_turned_down_by_region() {
         &["--detail-of is for --stage full"],
     );
     let picture = |name: &str, options: &str| {
-        f.rhytid(&format!("render face.safetensors take.csv -o {name} --frame 4 --size 200x200 {options}"));
+        f.done(&format!("render face.safetensors take.csv -o {name} --frames 4..5 --size 200x200 {options}"));
         std::fs::read(f.path(name)).unwrap()
     };
     let drawn = picture("region.png", region);
     assert_eq!(picture("setup.png", "--setup anna.toml"), drawn, "pictures too");
     assert_ne!(picture("full.png", ""), drawn);
     f.refused(
-        "render face.safetensors take.csv -o out/x.png --frame 4 --stage large-scale --fade-detail",
+        "render face.safetensors take.csv -o out/x.png --frames 4..5 --stage large-scale --fade-detail",
         &["--fade-detail is for --stage full"],
     );
     animate(&f, "take.csv", "a.usd", &format!("{region} --frames 0..5"));

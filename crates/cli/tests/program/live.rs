@@ -197,3 +197,60 @@ fn frames_of_another_rig_are_no_recording() {
     assert_refused(&listening.end(), &["no frame has a marker of the rig's 5 handles", "left"]);
     f.assert_nothing_written();
 }
+
+/// What is refused of a file of so many frames is refused before they come.
+#[test]
+fn a_recording_that_no_file_can_hold_is_not_begun() {
+    let f = solved();
+    for (options, words) in [
+        ("--frames 300 -o out/face.glb", "300 frames with a morph target each"),
+        ("--frames 3000 -o out/face.glb --compressed", "3000 frames are more than the 2048"),
+    ] {
+        let command = format!("animate face.safetensors --listen 127.0.0.1:0 --device cpu:0 {options}");
+        f.refused(&command, &[words]);
+    }
+}
+
+/// A recording is on disk while it is recorded, and stays when its output cannot be written.
+#[cfg(unix)]
+#[test]
+fn a_recording_outlives_what_goes_wrong() {
+    let f = solved();
+    let sent = take_at_240(&f, "sent.csv", 30);
+    // Killed while it records.
+    let mut listening = listen(&f, "--frames 1000 -o live.usd");
+    f.done(&format!("send sent.csv --rate 240 --to {}", listening.address));
+    let recording = f.path("live.recording.csv");
+    let frames = || take::read(&recording, None, Missing::Error).map_or(0, |take| take.frames());
+    let since = std::time::Instant::now();
+    while frames() < 30 && since.elapsed() < Duration::from_secs(60) {
+        thread::sleep(Duration::from_millis(20));
+    }
+    listening.child.kill().unwrap();
+    listening.child.wait().unwrap();
+    let came = take::read(&recording, None, Missing::Error).unwrap();
+    assert_eq!((came.positions, came.times.len()), (sent.positions.clone(), 30));
+    f.done("animate face.safetensors live.recording.csv --device cpu:0 -o again.usd");
+
+    // Its folder vanishes; or a position overflows. The earlier recording stays, too.
+    let mut far = sent.clone();
+    far.positions[7] = [3e38; 3];
+    take::write(&f.path("far.csv"), &far).unwrap();
+    for (name, out) in [("sent.csv", "gone/live.usd"), ("far.csv", "live.usd")] {
+        std::fs::create_dir_all(f.path("gone")).unwrap();
+        let listening = listen(&f, &format!("--frames 30 -o {out}"));
+        let _ = std::fs::remove_dir_all(f.path("gone"));
+        f.done(&format!("send {name} --rate 240 --to {}", listening.address));
+        let output = listening.end();
+        let said = stderr(&output);
+        assert_eq!(output.status.code(), Some(2), "{said}");
+        let (_, kept) = said.split_once("the recording is in ").unwrap_or_else(|| panic!("{said}"));
+        let (kept, advice) = kept.split_once("; make the output from it with `").unwrap();
+        assert!(advice.starts_with("rhytid animate face.safetensors "), "{advice}");
+        let kept = f.path(kept);
+        assert_eq!(take::read(&kept, None, Missing::Error).unwrap().frames(), 30);
+        assert_ne!(kept, recording);
+        std::fs::remove_file(kept).unwrap();
+    }
+    assert!(recording.exists() && !f.path("live.usd").exists());
+}

@@ -40,3 +40,4 @@ mod usd;
 #[cfg(all(target_os = "linux", feature = "view"))]
 mod window;
 mod words;
+mod written_over;

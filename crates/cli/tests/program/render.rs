@@ -211,7 +211,7 @@ fn what_has_no_room_leaves_nothing() {
             .current_dir(f.path("."))
             .output()
             .unwrap();
-        assert_refused(&output, &["out/face", "no space left", "nothing was written"]);
+        assert_refused(&output, &["out/face", "no space left", "not written"]);
         f.assert_nothing_written();
     }
 }

@@ -111,7 +111,7 @@ impl<'a> Watch<'a> {
     /// and not checked.
     ///
     /// # Errors
-    /// [`Error::Device`] if a check fails.
+    /// [`Error::Device`] if a check fails; [`Error::Input`] if no device can hold the result.
     pub fn batch(&mut self, handles: &[f32], stages: &[Stage], found: &[Vec<f32>]) -> Result<()> {
         let of = |wanted| stages.iter().position(|stage| *stage == wanted).map(|i| &found[i]);
         let is_due = self.is_due();
@@ -209,6 +209,12 @@ impl<'a> Watch<'a> {
         let size = expected.iter().map(|x| x.abs()).fold(self.diagonal, f32::max);
         for (&v, expected) in vertices.iter().zip(expected.as_chunks::<3>().0) {
             let found = &found.as_chunks::<3>().0[v.index()];
+            if expected.iter().any(|x| !x.is_finite()) {
+                return Err(Error::out_of_range(format!(
+                    "vertex {v} would be at {expected:?}: numbers of the rig or positions of the take are too \
+                     large; solve the face again, or look for the marker that is far away"
+                )));
+            }
             let apart = (0..3).map(|c| (found[c] - expected[c]).powi(2)).sum::<f32>().sqrt();
             if apart.is_nan() || apart > ROUNDING * size {
                 return Err(

@@ -76,3 +76,54 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
     }
     Ok((worst, (sum / (f * frames.vertices()) as f64).sqrt()))
 }
+
+/// The largest difference of a unit normal from the one that came in, as a length, and the root of the mean of
+/// its square, over all vertices and frames.
+///
+/// # Errors
+/// [`rhytid_core::Error::Io`].
+pub(super) fn measure_normals(
+    frames: &mut Frames,
+    base: &Values,
+    targets: &[&Values],
+    weights: &[f32],
+) -> Result<[f64; 2]> {
+    let (f, k) = (frames.frames(), targets.len());
+    let weights = Mat::from_fn(f, k, |i, j| f64::from(weights[i * k + j]));
+    let zero = vec![0.0; 3 * frames.vertices()];
+    let (mut worst, mut sum) = (0.0_f64, 0.0);
+    for first in frames.blocks() {
+        let block = frames.block(Attribute::Normals, first, &zero)?;
+        let parts: Vec<(f64, f64)> = block
+            .values
+            .par_chunks(3 * TASK * f)
+            .enumerate()
+            .map(|(part, values)| {
+                let columns = values.len() / f;
+                let start = 3 * (first + part * TASK);
+                let t: Vec<f64> = (start..start + columns)
+                    .flat_map(|i| targets.iter().map(move |target| target.get(i)))
+                    .collect();
+                let moved = product(weights.as_ref(), MatRef::from_column_major_slice(&t, k, columns));
+                let (mut worst, mut sum) = (0.0_f64, 0.0);
+                for v in 0..columns / 3 {
+                    let columns = [3 * v, 3 * v + 1, 3 * v + 2];
+                    let base = DVec3::from(columns.map(|c| base.get(start + c)));
+                    for i in 0..f {
+                        let moved = DVec3::from(columns.map(|c| moved[(i, c)]));
+                        let given = DVec3::from(columns.map(|c| f64::from(values[c * f + i])));
+                        let square = ((base + moved).normalize_or_zero() - given).length_squared();
+                        worst = worst.max(square);
+                        sum += square;
+                    }
+                }
+                (worst, sum)
+            })
+            .collect();
+        for part in parts {
+            worst = worst.max(part.0);
+            sum += part.1;
+        }
+    }
+    Ok([worst.sqrt(), (sum / (f * frames.vertices()) as f64).sqrt()])
+}

@@ -42,6 +42,7 @@ pub use settings::Settings;
 pub use values::{Morphs, Target, Values};
 
 use rhytid_core::{Error, Progress, Remedy, Result};
+use std::path::Path;
 
 /// The part of the bound that the truncation to few targets may use if integers need the rest.
 const SHARE_OF_TRUNCATION: f64 = 0.7;
@@ -51,6 +52,26 @@ const SHARE_OF_FLOATS: f64 = 0.98;
 /// How many bounds the truncation tries. Each is tighter than the last, because the rounding used more than
 /// what was left.
 const TRIES: usize = 4;
+
+/// The most frames that become few targets. Every frame is compared with every other one, so the work grows
+/// with the cube of their number: 2,048 frames take about 20 s, and twice as many three minutes.
+pub const MOST_FRAMES: usize = 2_048;
+
+/// Checks that so many frames can become few targets, before there are any.
+///
+/// # Errors
+/// [`Error::Input`] if they are more than [`MOST_FRAMES`].
+pub fn check_frames(frames: usize, path: &Path) -> Result<()> {
+    if frames <= MOST_FRAMES {
+        return Ok(());
+    }
+    Err(Error::too_large(format!(
+        "{}: {frames} frames are more than the {MOST_FRAMES} that are fitted by few targets: write .usd, or \
+         choose fewer frames",
+        path.display()
+    ))
+    .with_remedies(&[Remedy::FewerFrames]))
+}
 
 impl Frames {
     /// The fewest targets found that meet `settings.max_error`.

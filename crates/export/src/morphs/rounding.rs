@@ -9,7 +9,7 @@
 use super::basis::Basis;
 use super::fitted;
 use super::frames::{Frames, Gram};
-use super::measure::{Stored, measure};
+use super::measure::{Stored, measure, measure_normals};
 use super::normals::Normals;
 use super::settings::Settings;
 use super::span::{Span, spans};
@@ -92,9 +92,16 @@ pub(super) fn round(
         positions,
         normals: normals.as_ref().map(|normals| normals.target(k, tops[k], settings.quantize)),
     });
-    let targets = targets.collect();
+    let targets: Vec<Target> = targets.collect();
     let base_normals = normals.as_ref().map(|normals| normals.base(settings.quantize));
-    Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, extras, rms })
+    let normals_off = match &base_normals {
+        Some(base) => {
+            let targets: Vec<&Values> = targets.iter().filter_map(|target| target.normals.as_ref()).collect();
+            Some(measure_normals(frames, base, &targets, &weights)?)
+        }
+        None => None,
+    };
+    Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, extras, normals_off, rms })
 }
 
 /// The weights, frames × K; those of column k run from 0 to `tops[k]`.

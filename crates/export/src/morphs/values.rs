@@ -83,6 +83,9 @@ pub struct Morphs {
     pub worst: Worst,
     /// The other attributes of the frames, in their order.
     pub extras: Vec<Fitted>,
+    /// How far the unit normals are from those that came in, if there are some: the largest difference of a
+    /// vertex in a frame, as a length, and the root of the mean of its square.
+    pub normals_off: Option<[f64; 2]>,
     /// The root of the mean squared distance over all vertices and frames, in mesh units.
     pub rms: f64,
 }

@@ -10,7 +10,7 @@ use ::gltf::json::validation::Checked::Valid;
 use glam::{DMat4, DVec3};
 use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, InputErrorKind, Result, UpAxis};
-use rhytid_export::{StatedError, StatedRecipe};
+use rhytid_export::{Deviation, StatedError, StatedRecipe};
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
@@ -20,6 +20,8 @@ pub(super) struct Layout {
     pub name: String,
     pub indices: usize,
     pub ids: usize,
+    /// Texture coordinates.
+    pub uvs: Option<usize>,
     /// What the mesh has besides positions and normals.
     pub attributes: Vec<Attribute>,
     /// Positions, normals and each of the attributes of the base mesh. A file without positions is refused.
@@ -41,7 +43,7 @@ pub(super) struct Layout {
     pub metres_per_unit: f64,
     pub up_axis: UpAxis,
     /// In mesh units.
-    pub stated_error: Option<f64>,
+    pub stated_error: Option<Deviation>,
     pub stated_errors: Vec<StatedError>,
     pub recipe: Option<StatedRecipe>,
 }
@@ -61,6 +63,8 @@ struct Extras {
     error: Option<StatedWorst>,
     #[serde(default)]
     strain_error: Option<Off>,
+    #[serde(default)]
+    normal_error: Option<Off>,
     /// Which channels are in which attributes.
     #[serde(default)]
     attributes: BTreeMap<String, Vec<Stated>>,
@@ -79,6 +83,21 @@ struct Off {
 #[serde(rename_all = "camelCase")]
 struct StatedWorst {
     worst_millimetres: f64,
+    /// What is missing is no number, or beyond every frame.
+    #[serde(default = "nan")]
+    rms_millimetres: f64,
+    #[serde(default = "beyond")]
+    frame: usize,
+    #[serde(default = "beyond")]
+    vertex: usize,
+}
+
+fn nan() -> f64 {
+    f64::NAN
+}
+
+fn beyond() -> usize {
+    usize::MAX
 }
 
 #[derive(Deserialize)]
@@ -202,7 +221,8 @@ impl Layout {
             name: mesh.name.clone().unwrap_or_default(),
             indices: indices.value(),
             ids,
-            stated_errors: stated_errors(&attributes, extras.strain_error, &extras.attribute_errors),
+            uvs: accessor(primitive, Semantic::TexCoords(0)),
+            stated_errors: stated_errors(&attributes, &extras),
             attributes,
             base,
             targets,
@@ -216,7 +236,11 @@ impl Layout {
             first_time_code: extras.first_time_code,
             metres_per_unit: extras.metres_per_unit,
             up_axis,
-            stated_error: extras.error.map(|e| e.worst_millimetres / 1000.0 / extras.metres_per_unit),
+            stated_error: extras.error.map(|e| Deviation {
+                worst: e.worst_millimetres / 1000.0 / extras.metres_per_unit,
+                at: (e.frame, e.vertex),
+                rms: e.rms_millimetres / 1000.0 / extras.metres_per_unit,
+            }),
             recipe: extras.rhytid,
         };
         layout.find_channels(root, mesh_node, head).ok_or(ours("animates something other than a face"))?;
@@ -324,22 +348,20 @@ fn targets(primitive: &Primitive, others: &[Accessors], attributes: &[Attribute]
 }
 
 /// What is stated of attributes, of each of their channels.
-fn stated_errors(
-    attributes: &[Attribute],
-    of_strain: Option<Off>,
-    of_others: &BTreeMap<String, Off>,
-) -> Vec<StatedError> {
+fn stated_errors(attributes: &[Attribute], extras: &Extras) -> Vec<StatedError> {
+    let (of_strain, of_others) = (extras.strain_error, &extras.attribute_errors);
     let of_channel = |channel: &Channel, Off { worst, rms }: Off| StatedError {
         channel: channel.name.clone().into_owned(),
         worst,
         rms,
     };
+    let normals = extras.normal_error.map(|off| of_channel(&channel::NORMALS, off));
     let strain = of_strain.map(|off| of_channel(&channel::STRAIN, off));
     let others =
         attributes.iter().filter_map(|attribute| Some((attribute, *of_others.get(&attribute.name)?)));
     let others = others
         .flat_map(|(attribute, off)| attribute.channels.iter().map(move |channel| of_channel(channel, off)));
-    strain.into_iter().chain(others).collect()
+    normals.into_iter().chain(strain).chain(others).collect()
 }
 
 fn to_mesh(metres_per_unit: f64, up_axis: UpAxis) -> DMat4 {

@@ -1,6 +1,7 @@
 //! Reads back animations that [`super::write`] has written. Nothing in a file is trusted.
 
 mod arrays;
+mod compare;
 mod layout;
 mod motion;
 mod source;
@@ -12,7 +13,7 @@ use layout::Layout;
 use motion::Motion;
 use rhytid_core::channel::{self, Channel};
 use rhytid_core::{Error, Faces, Result};
-use rhytid_export::{AnimationReader, Summary};
+use rhytid_export::{AnimationReader, Scene, Summary};
 use source::Document;
 use std::path::Path;
 
@@ -24,8 +25,8 @@ const KEPT: usize = 1 << 25;
 /// # Errors
 /// [`Error::Input`] if the file is damaged or not such an animation; [`Error::Io`].
 pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
-    let (Document { root, targets }, source) = source::open(path)?;
-    animation(Arrays { root, source, name: path.display().to_string() }, &targets)
+    let (Document { root, targets, json }, source) = source::open(path)?;
+    animation(Arrays { root, source, name: path.display().to_string() }, &targets, json)
 }
 
 /// W×3 numbers of a base mesh or a target.
@@ -43,9 +44,18 @@ struct Animation {
     /// The same of each target as offsets, as far as they are kept.
     targets: Vec<Vec<Option<Vectors>>>,
     kept: usize,
+    /// The text of the JSON.
+    json: Vec<u8>,
+    /// The accessors of the targets' own attributes.
+    own: Vec<Accessors>,
 }
 
-fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn AnimationReader>> {
+fn animation(
+    mut arrays: Arrays,
+    targets: &[Vec<Accessors>],
+    json: Vec<u8>,
+) -> Result<Box<dyn AnimationReader>> {
+    let own = targets.first().cloned().unwrap_or_default();
     let layout = Layout::read(&arrays.root, targets, &arrays.name)?;
     let ids = ids(&mut arrays, layout.ids)?;
     // Copies come after all originals.
@@ -86,7 +96,18 @@ fn animation(mut arrays: Arrays, targets: &[Vec<Accessors>]) -> Result<Box<dyn A
     };
     let unread = vec![None; layout.base.len()];
     let targets = vec![unread.clone(); layout.targets.len()];
-    Ok(Box::new(Animation { arrays, summary, layout, motion, ids, base: unread, targets, kept: 0 }))
+    Ok(Box::new(Animation {
+        arrays,
+        summary,
+        layout,
+        motion,
+        ids,
+        base: unread,
+        targets,
+        kept: 0,
+        json,
+        own,
+    }))
 }
 
 /// What the frames have.
@@ -214,5 +235,15 @@ impl AnimationReader for Animation {
         let to_mesh = self.layout.to_mesh;
         let columns = (to_mesh * motion * to_mesh.inverse()).to_cols_array_2d();
         Ok(Some(std::array::from_fn(|row| std::array::from_fn(|column| columns[column][row]))))
+    }
+
+    fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>> {
+        let first = self.summary.fitted.then(|| {
+            let mut all = vec![0.0; self.layout.targets.len()];
+            self.motion.weights_of(0).iter().for_each(|&(target, weight)| all[target] = weight as f32);
+            all
+        });
+        let first = first.filter(|weights| !weights.is_empty());
+        compare::differences(&mut self.arrays, &self.json, &self.own, &self.layout, first, scene)
     }
 }

@@ -26,11 +26,13 @@ pub(super) struct Document {
     /// As [`attributes::of_targets`]; empty where no mesh has attributes of the application's own but
     /// vertices' numbers.
     pub targets: Vec<Vec<Accessors>>,
+    /// Its text.
+    pub json: Vec<u8>,
 }
 
 /// The JSON and the binary part of the `.glb` or `.gltf` file `path`.
 pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
-    let file = File::open(path).map_err(Error::io(path))?;
+    let file = input_file::open(path)?;
     let mut whole = Source::whole(file, path)?;
     let length = whole.length;
     if length >= 4 && whole.read(0, 4, "its first bytes")? == b"glTF" {
@@ -42,7 +44,7 @@ pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
             .of_kind(InputErrorKind::TooLarge));
     }
     let json = whole.read(0, length, "its JSON")?;
-    let root = root(&json, path)?;
+    let root = root(json, path)?;
     let bin = beside(&root.root, path)?;
     let wrong = |what: &str| {
         Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display()))
@@ -58,7 +60,7 @@ pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
         }
         Err(error) => return Err(Error::io(&bin)(error)),
     }
-    let file = File::open(&bin).map_err(Error::io(&bin))?;
+    let file = input_file::open(&bin)?;
     Ok((root, Source::whole(file, &bin)?))
 }
 
@@ -80,7 +82,7 @@ fn glb(mut whole: Source) -> Result<(Document, Source)> {
     let (json, next) = whole.chunk(12, *b"JSON")?;
     let json = whole.read(json.0, json.1, "its JSON")?;
     let ((start, length), _) = whole.chunk(next, *b"BIN\0")?;
-    let root = root(&json, &whole.path)?;
+    let root = root(json, &whole.path)?;
     if let Some(uri) = root.root.buffers.first().and_then(|buffer| buffer.uri.as_ref()) {
         return Err(whole.fault(format!("keeps its numbers in {uri}, expected all of them within the file")));
     }
@@ -130,8 +132,8 @@ impl Source {
     }
 }
 
-fn root(json: &[u8], path: &Path) -> Result<Document> {
-    let root = Root::from_slice(json).map_err(|error| {
+fn root(json: Vec<u8>, path: &Path) -> Result<Document> {
+    let root = Root::from_slice(&json).map_err(|error| {
         Error::malformed(format!(
             "{}: its JSON is not that of a glTF file: {error}; the file may be cut short",
             path.display()
@@ -141,8 +143,8 @@ fn root(json: &[u8], path: &Path) -> Result<Document> {
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let mut semantics = primitives.flat_map(|primitive| primitive.attributes.keys());
     let is_own = |semantic: &Checked<Semantic>| matches!(semantic, Valid(Semantic::Extras(name)) if name != "VERTEX_ID");
-    let targets = if semantics.any(is_own) { attributes::of_targets(json) } else { Vec::new() };
-    Ok(Document { root, targets })
+    let targets = if semantics.any(is_own) { attributes::of_targets(&json) } else { Vec::new() };
+    Ok(Document { root, targets, json })
 }
 
 /// The file that a `.gltf` keeps its numbers in.

@@ -81,23 +81,33 @@ impl Animation {
             add(nodes.mesh, Property::MorphTargetWeights, output);
         }
         if let Some(head) = &self.head {
-            let head: Vec<_> = keys(head, metres_per_unit, up_axis).collect();
-            let (rotations, translations): (Vec<_>, Vec<_>) = head.iter().copied().unzip();
+            let node = head_node(head, name, metres_per_unit, up_axis, nodes.root);
+            let (rotations, translations): (Vec<_>, Vec<_>) = keys(head, metres_per_unit, up_axis).unzip();
             let rotation_keys: Index<Accessor> = buffers.numbers(&rotations, Element::VEC4)?;
             let translation_keys = buffers.numbers(&translations, Element::VEC3)?;
-            let node = Node {
-                name: Some(format!("{name} head")),
-                children: Some(vec![nodes.root]),
-                // As in frame 0, for viewers that do not play.
-                rotation: Some(UnitQuaternion(rotations[0])),
-                translation: Some(translations[0]),
-                ..Node::default()
-            };
             nodes.root = Index::push(&mut nodes.nodes, node);
             add(nodes.root, Property::Rotation, rotation_keys);
             add(nodes.root, Property::Translation, translation_keys);
         }
         Ok(Some(json))
+    }
+}
+
+/// The node above the node `below`, which moves like the head. Where nothing is played, it is as in frame 0.
+pub(crate) fn head_node(
+    head: &[RigidMotion],
+    name: &str,
+    metres_per_unit: f64,
+    up_axis: UpAxis,
+    below: Index<Node>,
+) -> Node {
+    let (rotation, translation) = keys(head, metres_per_unit, up_axis).next().unzip();
+    Node {
+        name: Some(format!("{name} head")),
+        children: Some(vec![below]),
+        rotation: rotation.map(UnitQuaternion),
+        translation,
+        ..Node::default()
     }
 }
 

@@ -28,7 +28,7 @@ const QUANTIZATION: &str = "KHR_mesh_quantization";
 const MOST_VERTICES: usize = 1 << 24;
 
 /// What a file states in addition to its numbers.
-pub(super) struct About {
+pub(crate) struct About {
     /// Names the nodes, the mesh and the animation.
     name: String,
     material: String,
@@ -40,7 +40,7 @@ pub(super) struct About {
 
 impl About {
     /// The facts that every scene has.
-    pub(super) fn new(scene: &Scene<'_>) -> Self {
+    pub(crate) fn new(scene: &Scene<'_>) -> Self {
         let material = match scene.materials.map_or(&[][..], |materials| &materials.names) {
             [only] => only,
             _ => "skin",
@@ -56,6 +56,16 @@ impl About {
                 "rhytid": scene.recipe,
             }),
         }
+    }
+
+    /// The name of the nodes, the mesh and the animation.
+    pub(crate) fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// The name of the material.
+    pub(crate) fn material(&self) -> &str {
+        &self.material
     }
 
     /// Adds which channels are in which attributes.
@@ -77,14 +87,14 @@ impl About {
 
 /// How stored positions become mesh units: scaled, then moved.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Placement {
+pub(crate) struct Placement {
     pub scale: f32,
     pub translation: [f32; 3],
 }
 
 impl Placement {
     /// Positions are stored in mesh units.
-    pub(super) const NONE: Self = Self { scale: 1.0, translation: [0.0; 3] };
+    pub(crate) const NONE: Self = Self { scale: 1.0, translation: [0.0; 3] };
 }
 
 /// A file being written: first [`Document::base`], then each [`Document::target`].
@@ -217,6 +227,11 @@ impl Document {
         }
     }
 
+    /// States the deviation of the normals, as lengths.
+    pub(super) fn state_normals(&mut self, [worst, rms]: [f64; 2]) {
+        self.about.extras["normalError"] = json!({ "worst": worst, "rms": rms });
+    }
+
     fn vectors(&mut self, values: &Values, bounds: bool) -> Result<Index<Accessor>> {
         self.quantized |= !matches!(values, Values::F32(_));
         self.buffers.vectors(values, &self.surface, bounds)
@@ -311,7 +326,7 @@ fn stated(error: Deviation, metres_per_unit: f64) -> Value {
 }
 
 /// The extensions that a reader has to know.
-fn extensions(is_quantized: bool, is_meshopt: bool) -> Vec<String> {
+pub(crate) fn extensions(is_quantized: bool, is_meshopt: bool) -> Vec<String> {
     let mut extensions = Vec::new();
     if is_quantized {
         extensions.push(QUANTIZATION.to_owned());
@@ -334,7 +349,7 @@ fn text(root: &Root, target_extras: &[Extras]) -> Result<Vec<u8>> {
 }
 
 /// A node that takes the stored positions to metres with Y up.
-fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
+pub(crate) fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
     let scale = (metres_per_unit * f64::from(placement.scale)) as f32;
     let translation = placement.translation.map(|x| (metres_per_unit * f64::from(x)) as f32);
     Node {
@@ -346,7 +361,7 @@ fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis) -> Node {
 }
 
 /// Without a material, viewers show bare metal, from the front alone.
-fn skin(name: String) -> Material {
+pub(crate) fn skin(name: String) -> Material {
     Material {
         name: Some(name),
         double_sided: true,

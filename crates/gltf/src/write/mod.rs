@@ -14,13 +14,16 @@ mod surface;
 mod targets;
 
 use super::attributes::Attribute;
-use document::{About, Document};
+use document::Document;
 use rhytid_core::Result;
 use rhytid_export::{Exporter, Options, Scene};
 use std::path::Path;
 
+pub(crate) use animation::head_node;
 pub use container::Kind;
+pub(crate) use document::{About, Placement, extensions, placed, skin};
 pub use shapes::{check_count, write_shapes};
+pub(crate) use surface::Surface;
 
 /// Opens an exporter; `scene` has been checked.
 ///

@@ -6,7 +6,7 @@ use std::collections::hash_map::Entry;
 
 /// W ≥ V vertices: the input's V in their order, then copies. A vertex is copied if its corners have several
 /// texture coordinates.
-pub(super) struct Surface {
+pub(crate) struct Surface {
     /// V.
     originals: usize,
     /// For each of the W − V copies, the vertex that it copies.
@@ -19,7 +19,7 @@ pub(super) struct Surface {
 
 impl Surface {
     /// `vertices` is V. `triangle_corners` index the corners of `faces`, and everything has been checked.
-    pub(super) fn new(
+    pub(crate) fn new(
         vertices: usize,
         faces: &Faces,
         triangle_corners: &[[u32; 3]],
@@ -79,7 +79,7 @@ impl Surface {
     }
 
     /// For each of the W vertices the original that it is or copies.
-    pub(super) fn ids(&self) -> impl Iterator<Item = u32> {
+    pub(crate) fn ids(&self) -> impl Iterator<Item = u32> {
         (0..self.originals as u32).chain(self.copied.iter().copied())
     }
 }

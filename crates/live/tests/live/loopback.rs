@@ -44,7 +44,7 @@ fn a_take_arrives_whole_with_junk_between() {
                 thread::sleep(Duration::from_micros(300));
             }
         });
-        record(&mut receiver, &sent.labels, 240, LONG, &|| false, &NoProgress).unwrap()
+        record(&mut receiver, &sent.labels, 240, LONG, &|| false, &mut |_| (), &NoProgress).unwrap()
     });
     assert_eq!(recording.take.positions, sent.positions);
     assert_eq!(recording.take.confidence, None);
@@ -63,7 +63,8 @@ fn what_a_frame_lacks_is_not_sent_and_is_held_by_the_receiver() {
     sent.positions[3 + 1] = RawTake::MISSING;
     let mut receiver = receiver(3);
     Sender::new(&sent, Some(200.0), receiver.address()).unwrap().send(Some(2), &NoProgress).unwrap();
-    let recording = record(&mut receiver, &sent.labels, 8, LONG, &|| false, &NoProgress).unwrap();
+    let recording =
+        record(&mut receiver, &sent.labels, 8, LONG, &|| false, &mut |_| (), &NoProgress).unwrap();
     let came = recording.take;
     assert_eq!(came.positions[4], sent.positions[1]);
     assert_eq!(came.times, [0, 1, 2, 3, 4, 5, 6, 7].map(|i| f64::from(i) / 200.0));
@@ -97,16 +98,16 @@ fn a_recording_ends_where_nothing_comes_and_is_an_error_where_nothing_ever_came(
     let wait = Duration::from_millis(200);
     let mut receiver = receiver(1);
     let said = |receiver: &mut Receiver| {
-        record(receiver, &labels(1), 9, wait, &|| false, &NoProgress).unwrap_err().to_string()
+        record(receiver, &labels(1), 9, wait, &|| false, &mut |_| (), &NoProgress).unwrap_err().to_string()
     };
     assert!(said(&mut receiver).contains("no datagram arrived"));
     let socket = UdpSocket::bind(any_port()).unwrap();
     socket.send_to(b"#bundle\0\0\0\0\0\0\0\0\x01", receiver.address()).unwrap();
     assert!(said(&mut receiver).contains("has no /rhytid/frame"));
     socket.send_to(&frame(0, 0.0, 1).encode().unwrap(), receiver.address()).unwrap();
-    let recording = record(&mut receiver, &labels(1), 9, wait, &|| false, &NoProgress).unwrap();
+    let recording = record(&mut receiver, &labels(1), 9, wait, &|| false, &mut |_| (), &NoProgress).unwrap();
     assert_eq!((recording.take.frames(), recording.timed_out), (1, true));
-    let ended = record(&mut receiver, &labels(1), 9, LONG, &|| true, &NoProgress);
+    let ended = record(&mut receiver, &labels(1), 9, LONG, &|| true, &mut |_| (), &NoProgress);
     assert!(matches!(ended, Err(Error::Cancelled)));
 }
 

@@ -12,6 +12,7 @@ use ::gltf::Gltf;
 use ::gltf::json::Root;
 use buffers::Buffers;
 use rhytid_core::{Error, Mesh, Result};
+use std::sync::Arc;
 
 pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result<Mesh> {
     let (root, buffers) = open(bytes, name, external)?;
@@ -19,7 +20,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result
 }
 
 /// The base colours of materials: names and images as they are encoded.
-pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Result<Vec<(String, Vec<u8>)>> {
+pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Result<Vec<(String, Arc<[u8]>)>> {
     let (root, buffers) = open(bytes, name, external)?;
     textures::read(&root, &buffers, name, external)
 }

@@ -3,6 +3,8 @@
 use super::buffers::{Buffers, External, data_uri};
 use ::gltf::json::Root;
 use rhytid_core::{Error, Result};
+use std::collections::HashMap;
+use std::sync::Arc;
 
 /// The name of each material that has a base colour texture, and its image as it is encoded.
 pub(super) fn read(
@@ -10,8 +12,10 @@ pub(super) fn read(
     buffers: &Buffers,
     name: &str,
     external: External<'_>,
-) -> Result<Vec<(String, Vec<u8>)>> {
+) -> Result<Vec<(String, Arc<[u8]>)>> {
     let mut found = Vec::new();
+    // An image of many materials is read and kept once.
+    let mut images: HashMap<(Option<usize>, Option<&str>), Arc<[u8]>> = HashMap::new();
     for material in &root.materials {
         let Some(material_name) = &material.name else { continue };
         let Some(texture) = &material.pbr_metallic_roughness.base_color_texture else { continue };
@@ -22,6 +26,11 @@ pub(super) fn read(
         };
         let texture = root.textures.get(texture.index.value()).ok_or_else(|| missing("does not exist"))?;
         let image = root.images.get(texture.source.value()).ok_or_else(|| missing("has no image"))?;
+        let source = (image.buffer_view.map(|view| view.value()), image.uri.as_deref());
+        if let Some(image) = images.get(&source) {
+            found.push((material_name.clone(), image.clone()));
+            continue;
+        }
         let bytes = match (&image.buffer_view, &image.uri) {
             (Some(view), _) => buffers.view(root, view.value(), name)?.0.to_vec(),
             (None, Some(uri)) if uri.starts_with("data:") => {
@@ -30,7 +39,9 @@ pub(super) fn read(
             (None, Some(uri)) => external(uri)?,
             (None, None) => return Err(missing("has an image without data")),
         };
-        found.push((material_name.clone(), bytes));
+        let image: Arc<[u8]> = bytes.into();
+        images.insert(source, image.clone());
+        found.push((material_name.clone(), image));
     }
     Ok(found)
 }

@@ -5,11 +5,12 @@ use crate::EditedTake;
 use rhytid_core::{Error, Result, Rig, Take};
 use rhytid_formats::edits::{Added, Curve, Ease, Hold};
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The displacements of another take, which are added.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct AddedTake {
-    take: Take,
+    take: Arc<Take>,
     /// For each of the rig's H handles its column in the other take, if it has one.
     columns: Vec<Option<usize>>,
     /// H, from 0 to 1.
@@ -29,7 +30,7 @@ pub(super) struct Held {
 impl AddedTake {
     /// # Errors
     /// [`Error::Input`] if the take has none of the handles.
-    pub(super) fn new(take: Take, rig: &Rig, weights: Vec<f64>, added: &Added) -> Result<Self> {
+    pub(super) fn new(take: Arc<Take>, rig: &Rig, weights: Vec<f64>, added: &Added) -> Result<Self> {
         let column = |label: &String| take.labels.iter().position(|other| other == label);
         let columns: Vec<Option<usize>> = rig.handles().labels.iter().map(column).collect();
         if columns.iter().all(Option::is_none) || take.frames() == 0 {

@@ -15,7 +15,9 @@ use rhytid_core::{Mesh, Result, Rig, Take, rig_file};
 use rhytid_formats::edits::{self, Curve};
 use rhytid_formats::take::{self, Missing};
 use rhytid_formats::{Reach, mesh, named_file};
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The effects of a file of edits on takes of a rig ([`edits::Edits`] has the formula).
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -47,8 +49,20 @@ impl Layers {
         let (edits, text) = edits::read(path)?;
         let mut hash = blake3::Hasher::new();
         hash.update(text.as_bytes());
+        // A file that is named many times is read and kept once.
+        let mut hashes: HashMap<PathBuf, String> = HashMap::new();
+        let mut takes: HashMap<&Path, Arc<Take>> = HashMap::new();
+        let mut meshes: HashMap<&Path, Arc<[[f64; 3]]>> = HashMap::new();
         for (key, file) in edits.named_files() {
-            hash.update(rig_file::hash(&named_file(path, file, &key, reach)?)?.as_bytes());
+            let file = named_file(path, file, &key, reach)?;
+            let found = match hashes.get(&file) {
+                Some(found) => found,
+                None => {
+                    let found = rig_file::hash(&file)?;
+                    hashes.entry(file).or_insert(found)
+                }
+            };
+            hash.update(found.as_bytes());
         }
         let rest = Mesh {
             positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
@@ -75,7 +89,13 @@ impl Layers {
         }
         for added in &edits.added {
             let file = folder.join(&added.take);
-            let other = take::read(&file, None, Missing::Hold)?;
+            let other = match takes.get(&*added.take) {
+                Some(other) => other.clone(),
+                None => {
+                    let other = take::read(&file, None, Missing::Hold)?;
+                    takes.entry(&added.take).or_insert(Arc::new(other)).clone()
+                }
+            };
             let weights = regions.handles(added.region.as_deref())?;
             let other = AddedTake::new(other, rig, weights, added);
             layers.added.push(other.map_err(|error| error.in_file(file.display()))?);
@@ -85,7 +105,13 @@ impl Layers {
         }
         for correction in &edits.corrections {
             let file = folder.join(&correction.mesh);
-            let positions = mesh::read_like(&rest, Path::new("the rig"), &file)?;
+            let positions = match meshes.get(&*correction.mesh) {
+                Some(positions) => positions.clone(),
+                None => {
+                    let positions = mesh::read_like(&rest, Path::new("the rig"), &file)?;
+                    meshes.entry(&correction.mesh).or_insert(positions.into()).clone()
+                }
+            };
             let weights = regions.vertices(correction.region.as_deref())?;
             layers.corrections.push(Sculpt { positions, weights, correction: correction.clone() });
         }
@@ -153,7 +179,7 @@ impl Layers {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sculpt {
     /// V, in mesh units.
-    pub positions: Vec<[f64; 3]>,
+    pub positions: Arc<[[f64; 3]]>,
     /// V, from 0 to 1.
     pub weights: Vec<f32>,
     pub correction: edits::Correction,

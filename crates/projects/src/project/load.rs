@@ -21,7 +21,7 @@ use std::path::{Path, PathBuf};
 /// and strain edges. [`Error::Io`].
 pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
     let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
-    let handles_path = existing(path, &project.handles.vertices, "[handles] vertices", reach)?;
+    let handles_path = existing_table(path, &project.handles.vertices, "[handles] vertices", reach)?;
     let mut face = load_without_handles(project, path, reach)?;
     face.handles = tables::read_handles(&handles_path)?;
     check_vertices(&face.handles, &handles_path, face.neutral.positions.len(), &neutral_path)?;
@@ -41,7 +41,7 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
         }
     }
     if let Edges::File(edges) = &project.strain.edges {
-        let edges_path = existing(path, edges, "[strain] edges", reach)?;
+        let edges_path = existing_table(path, edges, "[strain] edges", reach)?;
         face.settings.strain_edges =
             StrainEdges::Given(tables::read_strain_edges(&edges_path, &face.handles.labels)?);
     }
@@ -132,7 +132,7 @@ fn pinned_vertices(
 ) -> Result<Vec<VertexId>> {
     let mut pinned = Vec::new();
     if let Some(file) = &pins.vertices {
-        let file = existing(path, file, "[pins] vertices", reach)?;
+        let file = existing_table(path, file, "[pins] vertices", reach)?;
         pinned.extend(tables::read_vertices(&file, neutral.positions.len())?);
     }
     let refused =
@@ -176,6 +176,22 @@ fn pinned_vertices(
     pinned.sort_unstable();
     pinned.dedup();
     Ok(pinned)
+}
+
+/// The extensions of tables.
+const TABLES: [&str; 3] = ["csv", "tsv", "txt"];
+
+/// As [`existing`], for a table.
+fn existing_table(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
+    let extension = file.extension().unwrap_or_default();
+    if !TABLES.iter().any(|known| extension.eq_ignore_ascii_case(known)) {
+        return Err(Error::bad_path(format!(
+            "{}: {key} names {}, expected a table that ends in .csv, .tsv or .txt",
+            project.display(),
+            file.display()
+        )));
+    }
+    existing(project, file, key, reach)
 }
 
 /// `file` as seen from the project file, if it is there and within reach.

@@ -6,7 +6,7 @@ use super::sections::{
 };
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
-use rhytid_core::{Bind, InputErrorKind, Result, UpAxis, WrinkleStrains};
+use rhytid_core::{Bind, InputErrorKind, LearnedSettings, Result, UpAxis, WrinkleStrains};
 use rhytid_meshes::NormalMapConvention;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -72,6 +72,12 @@ fn method(section: &Section<'_>) -> Result<Option<Method>> {
     }
 }
 
+const RIDGE: &str = "a number above 0, at most 1000000";
+
+fn is_ridge(ridge: f64) -> bool {
+    ridge > 0.0 && ridge <= LearnedSettings::LARGEST_RIDGE
+}
+
 fn learned(section: &Section<'_>) -> Result<LearnedSection> {
     section.allow_with_former(
         &["share", "ridge", "wrinkle_ridge", "marker_noise", "reach", "wrinkle_strains"],
@@ -89,9 +95,11 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
     };
     Ok(LearnedSection {
         share: number("share", "a number from 0 to 1", |s| (0.0..=1.0).contains(&s))?,
-        ridge: number("ridge", "a number above 0", |ridge| ridge > 0.0)?,
-        wrinkle_ridge: number(wrinkle_ridge, "a number above 0", |ridge| ridge > 0.0)?,
-        marker_noise: number("marker_noise", "millimetres, a number from 0", |noise| noise >= 0.0)?,
+        ridge: number("ridge", RIDGE, is_ridge)?,
+        wrinkle_ridge: number(wrinkle_ridge, RIDGE, is_ridge)?,
+        marker_noise: number("marker_noise", "millimetres, a number from 0 to 1000", |noise| {
+            (0.0..=LearnedSettings::LARGEST_NOISE).contains(&noise)
+        })?,
         reach: match section.get("reach") {
             Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
             _ => number("reach", "a number from 1, inf for no bound", |reach| reach >= 1.0)?,
@@ -213,14 +221,20 @@ fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
         needs(section, key, "normal_map")?;
     }
     let green = green(section)?;
-    let strength = positive(section, "strength", "what heights are multiplied by, a number above 0")?;
+    let strength =
+        positive(section, "strength", "what heights are multiplied by, a number above 0, at most 1000", 1e3)?;
     for (key, partner) in [("frame", "take"), ("millimetres", "displacement")] {
         needs(section, key, partner)?;
         if section.get(partner).is_some() && section.get(key).is_none() {
             return Err(section.lacks(key, &format!("one beside {partner}")));
         }
     }
-    let millimetres = positive(section, "millimetres", "how far white moves a vertex, a number above 0")?;
+    let millimetres = positive(
+        section,
+        "millimetres",
+        "how far white moves a vertex, a number above 0, at most 1000",
+        1e3,
+    )?;
     let frame = section.whole("frame", "a frame of the take, counted from 0")?;
     Ok(ExampleSection {
         name: name.to_owned(),
@@ -244,11 +258,12 @@ fn file(section: &Section<'_>, key: &str, expected: &str) -> Result<Option<PathB
     }
 }
 
-/// A number above 0 that need not be there.
-fn positive(section: &Section<'_>, key: &str, expected: &str) -> Result<Option<f64>> {
-    match section.get(key) {
-        None => Ok(None),
-        Some(_) => section.positive(key, expected).map(Some),
+/// A number above 0, and at most `most`, that need not be there.
+fn positive(section: &Section<'_>, key: &str, expected: &str, most: f64) -> Result<Option<f64>> {
+    let Some(value) = section.get(key) else { return Ok(None) };
+    match section.positive(key, expected)? {
+        number if number <= most => Ok(Some(number)),
+        _ => Err(section.wrong(key, &found(value), expected)),
     }
 }
 

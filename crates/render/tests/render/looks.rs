@@ -7,6 +7,7 @@ use rhytid_render::{
     Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sphere,
     Surface, View,
 };
+use std::sync::Arc;
 
 const NONE: [u8; 4] = [0; 4];
 
@@ -381,7 +382,8 @@ fn textured(
 ) -> Picture {
     let (device, queue) = (wgpu.device(), wgpu.queue());
     let mut renderer = Renderer::new(device, queue, &mesh.faces, &mesh.triangles, Offscreen::TARGET).unwrap();
-    let surface = Surface { faces: &mesh.faces, triangles: &mesh.triangles, uvs, materials, images };
+    let images: Vec<_> = images.iter().cloned().map(|image| image.map(Arc::new)).collect();
+    let surface = Surface { faces: &mesh.faces, triangles: &mesh.triangles, uvs, materials, images: &images };
     renderer.set_textures(surface).unwrap();
     let page = Offscreen::new(device, queue, size).unwrap();
     let frame = FrameBuffers::new(device, queue, mesh.positions.len()).unwrap();

@@ -231,15 +231,16 @@ fn learned_numbers_out_of_range(face: &Face) -> Vec<Finding> {
     let Method::Learned(learned) = face.settings.method else { return Vec::new() };
     let LearnedSettings { share, ridge, wrinkle_ridge, marker_noise, reach, wrinkle_strains: _ } = learned;
     let mut found = Vec::new();
+    let is_ridge = |ridge| ridge > 0.0 && ridge <= LearnedSettings::LARGEST_RIDGE;
     for (name, number, is_right, expected) in [
         ("share", share, share.is_none_or(|s| (0.0..=1.0).contains(&s)), "0 to 1"),
-        ("ridge", ridge, ridge.is_none_or(is_positive), "a number above 0"),
-        ("wrinkle_ridge", Some(wrinkle_ridge), is_positive(wrinkle_ridge), "a number above 0"),
+        ("ridge", ridge, ridge.is_none_or(is_ridge), "a number above 0, at most 1000000"),
+        ("wrinkle_ridge", Some(wrinkle_ridge), is_ridge(wrinkle_ridge), "a number above 0, at most 1000000"),
         (
             "marker_noise",
             Some(marker_noise),
-            marker_noise == 0.0 || is_positive(marker_noise),
-            "millimetres from 0",
+            (0.0..=LearnedSettings::LARGEST_NOISE).contains(&marker_noise),
+            "millimetres, from 0 to 1000",
         ),
         ("reach", Some(reach), reach >= 1.0, "a number from 1, inf for no bound"),
     ] {

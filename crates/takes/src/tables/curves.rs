@@ -1,5 +1,6 @@
 //! Curves: a number for each name and frame.
 
+use super::csv_of;
 use rhytid_core::{AtomicFile, Error, Result};
 use std::io::Write;
 use std::path::Path;
@@ -10,7 +11,7 @@ use std::path::Path;
 /// # Errors
 /// [`Error::Input`] if the folder does not exist; [`Error::Io`].
 pub fn write_curves(path: &Path, names: &[String], first: usize, rate: f64, values: &[f32]) -> Result<()> {
-    let mut csv = csv::Writer::from_writer(Vec::new());
+    let mut csv = csv_of(names.iter().map(String::as_str));
     let mut encode = || -> csv::Result<()> {
         csv.write_record(["frame", "time"].into_iter().chain(names.iter().map(String::as_str)))?;
         for (frame, row) in (first..).zip(values.chunks_exact(names.len().max(1))) {

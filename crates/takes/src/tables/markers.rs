@@ -1,7 +1,7 @@
 //! The marker of each handle: `handle,marker,distance_mm,sure`. The table is written as a proposal, and a
 //! person edits it.
 use super::rows::Rows;
-use super::write_checked;
+use super::{csv_of, write_checked};
 use rhytid_core::text::quoted;
 use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::path::Path;
@@ -68,7 +68,8 @@ fn decode(bytes: &[u8], name: &str) -> Result<Vec<(String, String)>> {
 /// [`Error::Input`] if [`read_markers`] would not read it back: labels that occur twice, or begin or end with
 /// a blank. [`Error::Io`].
 pub fn write_markers(path: &Path, table: &[MarkerRow]) -> Result<()> {
-    let mut csv = csv::Writer::from_writer(Vec::new());
+    let labels = table.iter().flat_map(|row| [Some(&row.handle), row.marker.as_ref()]).flatten();
+    let mut csv = csv_of(labels.map(String::as_str));
     let mut encode = || -> csv::Result<()> {
         csv.write_record(["handle", "marker", "distance_mm", "sure"])?;
         for row in table {

@@ -139,6 +139,19 @@ pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<VertexId>> {
     Ok(vertices.into_iter().map(VertexId::from_index).collect())
 }
 
+/// A table to write, with these labels in it.
+///
+/// Labels come from files of others. Where one of them could mean something else than text to a program that
+/// opens the table, such as `=A1` to a spreadsheet, all texts of the table are in quotes.
+pub(crate) fn csv_of<'a>(mut labels: impl Iterator<Item = &'a str>) -> csv::Writer<Vec<u8>> {
+    let is_plain = |label: &str| {
+        label.starts_with(|c: char| c.is_alphanumeric() || c == '_')
+            && label.chars().all(|c| c.is_alphanumeric() || "_-.: ".contains(c))
+    };
+    let style = if labels.all(is_plain) { csv::QuoteStyle::Necessary } else { csv::QuoteStyle::NonNumeric };
+    csv::WriterBuilder::new().quote_style(style).from_writer(Vec::new())
+}
+
 /// Writes handles so that [`read_handles`] reads the same. If there are as many distances, also writes the
 /// distance of each handle from its marker in millimetres.
 ///
@@ -146,7 +159,7 @@ pub fn read_vertices(path: &Path, count: usize) -> Result<Vec<VertexId>> {
 /// [`Error::Input`] if [`read_handles`] would not read them: labels that are empty, begin or end with a blank
 /// or occur twice, or no handles at all. [`Error::Io`].
 pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) -> Result<()> {
-    let mut csv = csv::Writer::from_writer(Vec::new());
+    let mut csv = csv_of(handles.labels.iter().map(String::as_str));
     let mut encode = || -> csv::Result<()> {
         match distances {
             None => csv.write_record(["label", "vertex"])?,

@@ -4,9 +4,10 @@ mod cells;
 mod columns;
 mod confidence;
 mod head;
+mod stream;
 
 use crate::tables::rows::Rows;
-use crate::tables::write_checked;
+use crate::tables::{csv_of, write_checked};
 use cells::{in_frame, number, shown};
 use columns::{AXES, match_columns};
 use rhytid_core::text::listed;
@@ -15,6 +16,7 @@ use rhytid_core::{Error, InputErrorKind, RawTake, Remedy, Result, Take, input_fi
 use std::path::Path;
 
 pub use rhytid_core::Missing;
+pub use stream::TakeStream;
 
 /// Reads a take. Columns are matched by name, in any order.
 ///
@@ -178,7 +180,7 @@ pub fn write(path: &Path, take: &Take) -> Result<()> {
     }
     check_positions(take, &path.display().to_string())?;
     let doubtful = confidence::written(take, &path.display().to_string())?;
-    let mut csv = csv::Writer::from_writer(Vec::new());
+    let mut csv = csv_of(take.labels.iter().map(String::as_str));
     let mut encode = || -> csv::Result<()> {
         csv.write_field("time")?;
         for label in &take.labels {

@@ -1,13 +1,15 @@
 //! The animation of one mesh in one layer.
 
-use super::lookup::{attribute, below, default_prim, field, stated_error, stated_recipe};
+use super::lookup::{attribute, below, default_prim, field, stated_errors, stated_recipe};
 use super::opened::{Opened, Samples};
 use super::shapes::Shapes;
 use crate::channels;
-use crate::layer::{Layer, Prim, Value};
+use crate::compare::differences;
+use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
+use crate::write::{animation_layer, baked_layer};
 use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, Faces, Result, UpAxis};
-use rhytid_export::{AnimationReader, Summary};
+use rhytid_export::{AnimationReader, Scene, StatedError, Summary};
 
 /// An animation that one layer holds.
 pub(crate) struct Animation {
@@ -16,6 +18,9 @@ pub(crate) struct Animation {
     summary: Summary,
     samples: Box<dyn Samples>,
     numbers: Numbers,
+    layer: Layer,
+    /// What the reader of the layer has left out.
+    unread: Vec<String>,
 }
 
 /// Under which numbers the samples are.
@@ -38,12 +43,12 @@ impl Animation {
     /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a
     /// sample at each of consecutive time codes.
     pub(crate) fn new(opened: Opened, name: String) -> Result<Self> {
-        let Opened { layer, mut samples } = opened;
+        let Opened { layer, mut samples, unread } = opened;
         let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
             Fault::Found(what) => Error::malformed(format!("{name}: {what}")),
             Fault::Unread(error) => error,
         });
-        found.map(|(summary, numbers)| Self { name, summary, samples, numbers })
+        found.map(|(summary, numbers)| Self { name, summary, samples, numbers, layer, unread })
     }
 
     /// The numbers of a channel in a sample.
@@ -89,7 +94,7 @@ impl AnimationReader for Animation {
             return Ok(());
         }
         let Some(weights) = shapes.weights(self.samples.read(self.numbers.frames, frame)?) else {
-            return Err(self.damaged("weights", frame, "not one for each shape"));
+            return Err(self.damaged("weights", frame, "not one from 0 to 1 for each shape"));
         };
         if is_positions {
             shapes.positions(&weights, out);
@@ -115,6 +120,38 @@ impl AnimationReader for Animation {
             _ => Err(self.damaged("head's transforms", frame, "another type, expected matrix4d")),
         }
     }
+
+    fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>> {
+        let expected = match &self.numbers.shapes {
+            None => animation_layer(scene)?,
+            Some(_) => with_shapes(&self.layer, scene)?,
+        };
+        Ok(differences(&self.layer, &self.unread, &expected))
+    }
+}
+
+/// The layer of an export with the base and the shapes that are in `layer`: their numbers are compared as
+/// frames.
+fn with_shapes(layer: &Layer, scene: &Scene<'_>) -> Result<Layer> {
+    let mesh = default_prim(layer).and_then(|root| below(root, "Mesh").first().copied());
+    let mesh = mesh.ok_or_else(|| Error::Internal("a mesh was there before".into()))?;
+    let shapes = mesh.children.iter().filter(|child| child.type_name == "BlendShape");
+    let names = shapes.clone().map(|shape| shape.name.clone()).collect();
+    let mut expected = baked_layer(scene, names, mesh)?;
+    let is_known = |property: &Property| match property {
+        Property::Attribute(Attribute { name, uniform: true, samples: None, .. }) => {
+            ["offsets", "normalOffsets", "pointIndices"].contains(&name.as_str())
+        }
+        _ => false,
+    };
+    let children = shapes.cloned().map(|mut shape| {
+        shape.specifier = Specifier::Def;
+        shape.properties.retain(is_known);
+        Prim { metadata: Fields::new(), children: Vec::new(), ..shape }
+    });
+    // An export has one prim, and its first child is the mesh.
+    expected.prims[0].children[0].children = children.collect();
+    Ok(expected)
 }
 
 /// Why there is no animation.
@@ -176,6 +213,14 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         Some(Value::Token(axis)) if axis == "Z" => UpAxis::Z,
         _ => UpAxis::Y,
     };
+    let errors = stated_errors(root, metres_per_unit);
+    let has_normals = numbers.shapes.as_ref().is_some_and(Shapes::has_normals);
+    let of_normals = errors.filter(|_| has_normals).map(|(_, [worst, rms])| StatedError {
+        channel: channel::NORMALS.name.clone().into_owned(),
+        worst,
+        rms,
+    });
+    let stated_channel_errors = of_normals.into_iter().collect();
     let summary = Summary {
         name: mesh.name.clone(),
         vertices,
@@ -194,8 +239,8 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
         recipe: stated_recipe(root),
-        stated_error: stated_error(root).map(|millimetres| millimetres / 1000.0 / metres_per_unit),
-        stated_channel_errors: Vec::new(),
+        stated_error: errors.map(|(positions, _)| positions),
+        stated_channel_errors,
     };
     Ok((summary, numbers))
 }

@@ -1,7 +1,7 @@
 //! Lookups in a layer that was read.
 
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
-use rhytid_export::StatedRecipe;
+use rhytid_export::{Deviation, StatedRecipe};
 use serde_json::{Number, Value as Json};
 
 /// The field called `name`.
@@ -41,12 +41,22 @@ pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
     found
 }
 
-/// The largest error that the animation below the default prim `root` states, in millimetres, if it does.
-pub(super) fn stated_error(root: &Prim) -> Option<f64> {
-    match field(dictionary(dictionary(&root.metadata, "customData")?, "rhytidError")?, "worstMillimetres")? {
-        Value::Double(millimetres) => Some(*millimetres),
-        _ => None,
-    }
+/// The errors that the animation below the default prim `root` states, if it does: that of the positions, in
+/// mesh units, and that of the normals. What is missing is NaN, or beyond every frame.
+pub(super) fn stated_errors(root: &Prim, metres_per_unit: f64) -> Option<(Deviation, [f64; 2])> {
+    let stated = dictionary(dictionary(&root.metadata, "customData")?, "rhytidError")?;
+    let number = |name: &str| match field(stated, name) {
+        Some(Value::Double(number)) => *number,
+        _ => f64::NAN,
+    };
+    let length = |name: &str| number(name) / 1000.0 / metres_per_unit;
+    let index = |name: &str| if number(name) >= 0.0 { number(name) as usize } else { usize::MAX };
+    let positions = Deviation {
+        worst: length("worstMillimetres"),
+        at: (index("frame"), index("vertex")),
+        rms: length("rmsMillimetres"),
+    };
+    Some((positions, [number("normalWorst"), number("normalRms")]))
 }
 
 /// The recipe of the animation below the default prim `root`, if it states one.

@@ -20,6 +20,8 @@ mod shapes;
 mod source;
 mod text;
 
+use crate::compare::differences;
+use crate::stitch::{declarations_of, whole};
 use animation::Animation;
 use clips::{Clips, undeclared};
 use lookup::stated_recipe;
@@ -63,6 +65,7 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
             "{name}: its parts have changed since they were stitched; stitch them again"
         )));
     }
+    let clips_manifest = manifest.to_owned();
     let manifest = named(manifest, "manifestAssetPath")?;
     if !manifest.exists() {
         return Err(Error::mismatch(format!(
@@ -73,11 +76,18 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
         .of_kind(InputErrorKind::NotThere { file: manifest.clone() }));
     }
     let first = open(&parts.parts()[0].path)?.layer;
-    if let Some(undeclared) = undeclared(&first, &open(&manifest)?.layer) {
+    let declared = open(&manifest)?;
+    if let Some(undeclared) = undeclared(&first, &declared.layer) {
         return Err(Error::mismatch(format!(
             "{}: does not declare {undeclared}, which has samples in the parts of {name}; stitch them again",
             manifest.display()
         )));
     }
-    Ok(Box::new(parts))
+    let place = |part: &PathBuf| paths.iter().position(|path| path == part);
+    let in_order = parts.parts().iter().filter_map(|part| Some(assets[place(&part.path)?].clone()));
+    let expected = whole(&first, parts.summary(), &parts, clips_manifest, in_order.collect())?;
+    let mut found = differences(&opened.layer, &opened.unread, &expected);
+    let of_manifest = differences(&declared.layer, &declared.unread, &declarations_of(&first));
+    found.extend(of_manifest.into_iter().map(|what| format!("{}: {what}", manifest.display())));
+    Ok(Box::new(parts.stitched(found)))
 }

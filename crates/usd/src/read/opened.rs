@@ -9,6 +9,9 @@ pub struct Opened {
     pub layer: Layer,
     /// The samples by these numbers.
     pub samples: Box<dyn Samples>,
+    /// What was left out, by name: fields and values of types that [`Value`] does not have, variants,
+    /// classes.
+    pub unread: Vec<String>,
 }
 
 /// The time samples of a layer. Memory does not grow with what they hold.

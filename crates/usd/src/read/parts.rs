@@ -5,7 +5,7 @@ use super::clips::clips;
 use super::open::open;
 use rhytid_core::channel::Channel;
 use rhytid_core::{Error, Remedy, Result};
-use rhytid_export::{AnimationReader, StatedRecipe, Summary};
+use rhytid_export::{AnimationReader, Scene, StatedRecipe, Summary};
 use std::path::{Path, PathBuf};
 
 /// One file of the animation.
@@ -25,6 +25,8 @@ pub(crate) struct Parts {
     summary: Summary,
     /// The part that is open, by its place among all.
     open: Option<(usize, Animation)>,
+    /// How the files that join the parts differ from what stitching writes.
+    stitched: Vec<String>,
 }
 
 impl Parts {
@@ -70,12 +72,17 @@ impl Parts {
             Some(end) => recipe.with(END_FRAME, end.clone()),
             None => recipe,
         });
-        Ok(Self { parts, summary, open: None })
+        Ok(Self { parts, summary, open: None, stitched: Vec::new() })
     }
 
     /// The files in the order of their time codes; at least one.
     pub(crate) fn parts(&self) -> &[Part] {
         &self.parts
+    }
+
+    /// The same, with differences of the files that join them.
+    pub(crate) fn stitched(self, stitched: Vec<String>) -> Self {
+        Self { stitched, ..self }
     }
 
     /// Opens the part that a frame is in, and says which of its frames it is.
@@ -109,6 +116,22 @@ impl AnimationReader for Parts {
     fn head(&mut self, frame: usize) -> Result<Option<[[f64; 4]; 4]>> {
         let (animation, frame) = self.at(frame)?;
         animation.head(frame)
+    }
+
+    fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>> {
+        let mut found = self.stitched.clone();
+        for part in self.parts.clone() {
+            let of_part = Scene {
+                frames: part.frames,
+                first_time_code: part.first_time_code,
+                head: scene.head.and_then(|head| head.get(part.begin..part.begin + part.frames)),
+                ..*scene
+            };
+            let (animation, _) = self.at(part.begin)?;
+            let name = part.path.display().to_string();
+            found.extend(animation.compare(&of_part)?.into_iter().map(|what| format!("{name}: {what}")));
+        }
+        Ok(found)
     }
 }
 

@@ -72,10 +72,15 @@ impl Shapes {
         !self.base[1].is_empty()
     }
 
-    /// A sample as the weight of each shape.
+    /// A sample as the weight of each shape, from 0 to 1.
     pub(super) fn weights(&self, sample: Value) -> Option<Vec<f32>> {
         match sample {
-            Value::Floats(weights) if weights.len() == self.offsets.len() => Some(weights),
+            Value::Floats(weights)
+                if weights.len() == self.offsets.len()
+                    && weights.iter().all(|weight| (0.0..=1.0).contains(weight)) =>
+            {
+                Some(weights)
+            }
             _ => None,
         }
     }

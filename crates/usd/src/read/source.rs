@@ -1,7 +1,6 @@
 //! Bytes at any place of a file, checked against its length.
 
-use rhytid_core::{Error, InputErrorKind, Result};
-use std::fs::File;
+use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::io::{Read, Seek, SeekFrom};
 use std::path::Path;
 
@@ -22,11 +21,7 @@ pub(super) struct Source {
 impl Source {
     /// A file, called by its path.
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path))?;
-        if file.metadata().map_err(Error::io(path))?.is_dir() {
-            return Err(Error::bad_path(format!("{}: is a folder, expected a file", path.display())));
-        }
-        Self::new(Box::new(file), path.display().to_string())
+        Self::new(Box::new(input_file::open(path)?), path.display().to_string())
     }
 
     /// Anything else, called `name` in messages.

@@ -3,11 +3,11 @@
 use super::face::of_rows;
 use super::layer_writer::{Encoding, LayerWriter};
 use super::sample::Sample;
-use super::shapes::bind;
+use super::shapes::{bind, declare};
 use super::surface::{Surface, extent};
-use crate::layer::{Fields, Prim, Property, Value};
+use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
 use rhytid_core::{AtomicFile, Error, Progress, Result, RigidMotion, channel};
-use rhytid_export::morphs::{Frames, Target, Values};
+use rhytid_export::morphs::{Frames, Target, Values, check_frames};
 use rhytid_export::{Deviation, Exporter, Frame, Scene, Shape, Written};
 use std::path::{Path, PathBuf};
 
@@ -45,6 +45,7 @@ impl Baked {
                 others.join(", ")
             )));
         }
+        check_frames(scene.frames, path)?;
         let mut surface = Surface::new(scene, "SkelRoot")?;
         surface.play(scene, HEAD);
         let spool = AtomicFile::create(path)?.spool()?;
@@ -90,7 +91,7 @@ impl Exporter for Baked {
             at: (morphs.worst.frame, morphs.worst.vertex),
             rms: morphs.rms,
         };
-        state(&mut surface.root, &error, metres_per_unit);
+        state(&mut surface.root, &error, morphs.normals_off, metres_per_unit);
         let skeleton = bind(&mut surface, &shapes, Some(WEIGHTS))?;
         let mut writer = LayerWriter::create(&path, encoding, &surface.into_layer(vec![skeleton]))?;
         for frame in 0..count {
@@ -103,6 +104,27 @@ impl Exporter for Baked {
         }
         Ok(Written { bytes: writer.finish()?, targets: Some(shapes.len()), error: Some(error) })
     }
+}
+
+/// The layer of an export, without the samples and the shapes themselves. `names` are those of the shapes,
+/// and `mesh` is the mesh of a file, whose base is taken as it is.
+pub(crate) fn baked_layer(scene: &Scene<'_>, names: Vec<String>, mesh: &Prim) -> Result<Layer> {
+    let mut surface = Surface::new(scene, "SkelRoot")?;
+    surface.play(scene, HEAD);
+    for property in &mesh.properties {
+        let Property::Attribute(Attribute { name, default: Some(Value::Float3s(base)), .. }) = property
+        else {
+            continue;
+        };
+        if name == "points" {
+            replace(&mut surface.mesh, "extent", Value::Float3s(extent(base).to_vec()));
+        }
+        if name == "points" || name == "normals" {
+            replace(&mut surface.mesh, name, Value::Float3s(base.clone()));
+        }
+    }
+    let skeleton = declare(&mut surface, names, Some(WEIGHTS));
+    Ok(surface.into_layer(vec![skeleton]))
 }
 
 fn vectors(values: &Values) -> Result<Vec<[f32; 3]>> {
@@ -125,15 +147,19 @@ fn replace(prim: &mut Prim, name: &str, value: Value) {
 }
 
 /// States the error beside the recipe, as glTF's extras do.
-fn state(root: &mut Prim, error: &Deviation, metres_per_unit: f64) {
+fn state(root: &mut Prim, error: &Deviation, normals: Option<[f64; 2]>, metres_per_unit: f64) {
     let millimetres = |x: f64| Value::Double(x * metres_per_unit * 1000.0);
     let index = |n: usize| Value::Double(n as f64);
-    let stated: Fields = vec![
+    let mut stated: Fields = vec![
         ("worstMillimetres".into(), millimetres(error.worst)),
         ("rmsMillimetres".into(), millimetres(error.rms)),
         ("frame".into(), index(error.at.0)),
         ("vertex".into(), index(error.at.1)),
     ];
+    if let Some([worst, rms]) = normals {
+        stated.push(("normalWorst".into(), Value::Double(worst)));
+        stated.push(("normalRms".into(), Value::Double(rms)));
+    }
     for (name, value) in &mut root.metadata {
         if let ("customData", Value::Dictionary(custom)) = (name.as_str(), value) {
             custom.push(("rhytidError".into(), Value::Dictionary(stated)));

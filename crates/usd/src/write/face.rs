@@ -75,6 +75,16 @@ pub(super) fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
     std::array::from_fn(|i| std::array::from_fn(|j| columns[j][i]))
 }
 
+/// The layer of an export, without the samples.
+///
+/// # Errors
+/// As [`Face::create`].
+pub(crate) fn animation_layer(scene: &Scene<'_>) -> Result<Layer> {
+    let channels: Vec<Channel> =
+        std::iter::once(&channel::POSITIONS).chain(scene.channels).cloned().collect();
+    layer(scene, &channels)
+}
+
 /// All of the scene but the samples.
 fn layer(scene: &Scene<'_>, channels: &[Channel]) -> Result<Layer> {
     let mut surface = Surface::new(scene, "Xform")?;

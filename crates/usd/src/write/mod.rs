@@ -18,8 +18,10 @@ mod text;
 mod text_value;
 
 pub use baked::Baked;
+pub(crate) use baked::baked_layer;
 pub(super) use crate_file::CrateWriter;
 pub use face::Face;
+pub(crate) use face::animation_layer;
 pub use layer_writer::{Encoding, LayerWriter};
 pub use sample::Sample;
 pub use shapes::write_shapes;

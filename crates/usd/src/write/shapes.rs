@@ -28,6 +28,15 @@ fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
 /// number `samples`.
 pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usize>) -> Result<Prim> {
     let names = identifiers(shapes.iter().map(|shape| shape.name.as_str()));
+    let skeleton = declare(surface, names.clone(), samples);
+    for (name, shape) in names.iter().zip(shapes) {
+        surface.mesh.children.push(blend_shape(name, shape)?);
+    }
+    Ok(skeleton)
+}
+
+/// Says that the mesh has shapes of these names, and returns the skeleton that has their weights.
+pub(super) fn declare(surface: &mut Surface, names: Vec<String>, samples: Option<usize>) -> Prim {
     let root = format!("/{}", surface.root.name);
     let skeleton = format!("{root}/skeleton");
     let mesh = &mut surface.mesh;
@@ -37,10 +46,7 @@ pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usiz
     let targets = names.iter().map(|name| format!("{mesh_path}/{name}")).collect();
     mesh.relate("skel:blendShapeTargets", targets);
     mesh.relate("skel:skeleton", vec![skeleton.clone()]);
-    for (name, shape) in names.iter().zip(shapes) {
-        mesh.children.push(blend_shape(name, shape)?);
-    }
-    Ok(skeleton_prim(names, &skeleton, samples))
+    skeleton_prim(names, &skeleton, samples)
 }
 
 /// A shape with only the vertices that it moves, if a quarter or more stand still.

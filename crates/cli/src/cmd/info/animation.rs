@@ -50,7 +50,7 @@ impl AnimationInfo {
             kinds: ChannelKind::ALL.into_iter().map(|kind| (kind.name(), has(kind))).collect(),
             channels: summary.channels.iter().map(|channel| channel.name.clone().into_owned()).collect(),
             head: summary.head,
-            stated_error: summary.stated_error,
+            stated_error: summary.stated_error.map(|error| error.worst),
             recipe: summary.recipe.clone(),
         })
     }

@@ -5,7 +5,9 @@ use rhytid::core::input_file;
 use rhytid::formats::mesh::read_textures;
 use rhytid::render::{Picture, Renderer, Surface};
 use rhytid::{Error, Result, Rig};
+use std::collections::HashMap;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Gives `renderer` the images to show on `rig`.
 ///
@@ -37,17 +39,29 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
     let (materials, images) = match is_image {
         true => {
             let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
-            (None, vec![Some(decode(path, &bytes)?)])
+            (None, vec![Some(Arc::new(decode(path, &bytes)?))])
         }
         false => {
             let found = read_textures(path, args.reading.elsewhere.reach())?;
             let materials = rig.surface().materials.as_ref();
             let names = materials.map_or(&[][..], |materials| &materials.names);
-            let image = |name: &String| {
-                let image = found.iter().find(|(material, _)| material == name);
-                image.map(|(_, bytes)| decode(path, bytes)).transpose()
-            };
-            let images = names.iter().map(image).collect::<Result<Vec<_>>>()?;
+            let of_materials: HashMap<&str, &Arc<[u8]>> =
+                found.iter().map(|(material, bytes)| (material.as_str(), bytes)).collect();
+            // An image of many materials is decoded once.
+            let mut decoded: HashMap<*const u8, Arc<Picture>> = HashMap::new();
+            let mut images = Vec::new();
+            for name in names {
+                let Some(bytes) = of_materials.get(name.as_str()) else {
+                    images.push(None);
+                    continue;
+                };
+                let image = match decoded.get(&bytes.as_ptr()) {
+                    Some(image) => image.clone(),
+                    None => Arc::new(decode(path, bytes)?),
+                };
+                decoded.insert(bytes.as_ptr(), image.clone());
+                images.push(Some(image));
+            }
             if images.iter().all(Option::is_none) {
                 let list = |names: &mut dyn Iterator<Item = &String>| {
                     names.map(String::as_str).collect::<Vec<_>>().join(", ")

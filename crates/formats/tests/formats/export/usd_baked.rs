@@ -59,7 +59,7 @@ fn read(path: &Path, made: &Animation, worst: f64) {
     assert!(summary.fitted);
     assert_eq!((summary.first_time_code, summary.rate), (made.first_time_code, made.rate));
     assert_eq!(summary.recipe.as_ref(), Some(&made.recipe));
-    assert!((summary.stated_error.unwrap() / worst - 1.0).abs() < 1e-9);
+    assert!((summary.stated_error.unwrap().worst / worst - 1.0).abs() < 1e-9);
     let mut out = Vec::new();
     for frame in (0..summary.frames).rev() {
         reader.positions(frame, &mut out).unwrap();

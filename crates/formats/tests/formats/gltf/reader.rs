@@ -34,7 +34,7 @@ fn what_was_written_is_read() {
         );
 
         let stated = written.error.unwrap().worst;
-        assert!((summary.stated_error.unwrap() - stated).abs() <= 1e-9 * stated, "{label}");
+        assert!((summary.stated_error.unwrap().worst - stated).abs() <= 1e-9 * stated, "{label}");
         let fitted = options.max_error.is_some();
         let format = Format::from_extension(&path).unwrap();
         let stored = format.stored(&animation.channels(), fitted);

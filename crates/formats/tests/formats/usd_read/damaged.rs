@@ -7,7 +7,7 @@ use rhytid_formats::usd::read;
 /// Reads all there is; returns the sentence if it cannot be read.
 pub(super) fn read_all(bytes: &[u8]) -> Option<String> {
     let read = || {
-        let read::Opened { layer, mut samples } = read::decode(bytes.to_vec(), "face.usd")?;
+        let read::Opened { layer, mut samples, .. } = read::decode(bytes.to_vec(), "face.usd")?;
         let mut numbers = Vec::new();
         let mut open: Vec<_> = layer.prims.iter().collect();
         while let Some(prim) = open.pop() {

@@ -4,7 +4,7 @@ use rhytid_formats::usd::read::{Opened, Samples};
 use serde_json::{Map, Value as Json, json};
 
 pub(super) fn layer(opened: &mut Opened) -> Json {
-    let Opened { layer, samples } = opened;
+    let Opened { layer, samples, .. } = opened;
     let prims: Map<String, Json> =
         layer.prims.iter().map(|p| (p.name.clone(), prim(p, samples.as_mut()))).collect();
     json!({ "metadata": fields(&layer.metadata), "prims": prims })

@@ -20,8 +20,8 @@ pub(super) fn open(mut source: Source) -> Result<Opened> {
     let mut budget = Budget::of_file(source.len());
     let structure = Structure::read(&mut source, &mut budget)?;
     let mut reader = Reader { source, structure, budget };
-    let (layer, tracks) = objects::layer(&mut reader)?;
-    Ok(Opened { layer, samples: Box::new(CrateSamples { reader, tracks }) })
+    let (layer, tracks, unread) = objects::layer(&mut reader)?;
+    Ok(Opened { layer, samples: Box::new(CrateSamples { reader, tracks }), unread })
 }
 
 struct CrateSamples {

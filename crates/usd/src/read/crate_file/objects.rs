@@ -8,10 +8,10 @@ use crate::read::budget::MOST_PRIMS_DEEP;
 use rhytid_core::{Error, Result};
 use std::collections::HashMap;
 
-/// The layer, and the tracks that its attributes number.
-pub(super) fn layer(reader: &mut Reader) -> Result<(Layer, Vec<Track>)> {
+/// The layer, the tracks that its attributes number, and the names of what was left out.
+pub(super) fn layer(reader: &mut Reader) -> Result<(Layer, Vec<Track>, Vec<String>)> {
     let objects = Objects::index(reader)?;
-    let mut builder = Builder { reader, objects, tracks: Vec::new() };
+    let mut builder = Builder { reader, objects, tracks: Vec::new(), unread: Vec::new() };
     let Some(root) = builder.objects.root else {
         return Err(builder.reader.damaged("it has no root"));
     };
@@ -20,11 +20,11 @@ pub(super) fn layer(reader: &mut Reader) -> Result<(Layer, Vec<Track>)> {
     for (name, rep) in builder.fields(root)? {
         match name.as_str() {
             "primChildren" => children = builder.names(rep)?,
-            _ => layer.metadata.extend(builder.reader.value(rep)?.map(|value| (name, value))),
+            _ => builder.field(&mut layer.metadata, name, rep)?,
         }
     }
     layer.prims = builder.prims(root.path, children, 0)?;
-    Ok((layer, builder.tracks))
+    Ok((layer, builder.tracks, builder.unread))
 }
 
 /// Which object is below which.
@@ -61,6 +61,8 @@ struct Builder<'a> {
     reader: &'a mut Reader,
     objects: Objects,
     tracks: Vec<Track>,
+    /// What was left out, by name.
+    unread: Vec<String>,
 }
 
 impl Builder<'_> {
@@ -145,11 +147,15 @@ impl Builder<'_> {
                         prim.properties.push(self.property(spec, name)?);
                     }
                 }
-                _ => prim.metadata.extend(self.reader.value(rep)?.map(|value| (name, value))),
+                _ => self.field(&mut prim.metadata, name, rep)?,
             }
         }
         prim.children = self.prims(spec.path, children, depth + 1)?;
-        Ok(Some(prim).filter(|_| !is_class))
+        if is_class {
+            self.unread.push(format!("the class {}", prim.name));
+            return Ok(None);
+        }
+        Ok(Some(prim))
     }
 
     fn property(&mut self, spec: Spec, name: u32) -> Result<Property> {
@@ -174,7 +180,12 @@ impl Builder<'_> {
             match (name.as_str(), rep.kind()) {
                 ("typeName", kind::TOKEN) => attribute.type_name = self.reader.owned_token(rep.inlined())?,
                 ("variability", kind::VARIABILITY) => attribute.uniform = rep.inlined() == 1,
-                ("default", _) => attribute.default = self.reader.value(rep)?,
+                ("default", _) => {
+                    attribute.default = self.reader.value(rep)?;
+                    if attribute.default.is_none() {
+                        self.unread.push(format!("the value of {}", attribute.name));
+                    }
+                }
                 ("connectionPaths", kind::PATH_LIST_OP) => attribute.connections = self.paths(rep)?,
                 ("timeSamples", kind::TIME_SAMPLES) => {
                     let track = self.reader.track(rep)?;
@@ -190,8 +201,13 @@ impl Builder<'_> {
     fn relationship(&mut self, spec: Spec, name: u32) -> Result<Relationship> {
         let mut relationship = Relationship { name: self.reader.owned_token(name)?, targets: Vec::new() };
         for (name, rep) in self.fields(spec)? {
-            if name == "targetPaths" && rep.kind() == kind::PATH_LIST_OP {
-                relationship.targets = self.paths(rep)?;
+            match name.as_str() {
+                "targetPaths" if rep.kind() == kind::PATH_LIST_OP => {
+                    relationship.targets = self.paths(rep)?
+                }
+                // Lists of what the targets themselves have, and the fallbacks of other fields.
+                "targetChildren" | "variability" | "custom" => {}
+                _ => self.unread.push(format!("{}: {name}", relationship.name)),
             }
         }
         Ok(relationship)
@@ -202,10 +218,26 @@ impl Builder<'_> {
         paths.into_iter().map(|path| self.reader.path(path)).collect()
     }
 
+    /// Adds a field.
+    fn field(&mut self, fields: &mut Fields, name: String, rep: ValueRep) -> Result<()> {
+        match self.reader.value(rep)? {
+            Some(value) => fields.push((name, value)),
+            None => self.unread.push(name),
+        }
+        Ok(())
+    }
+
     /// Adds metadata, without what is no more than the fallback.
     fn metadata(&mut self, fields: &mut Fields, name: String, rep: ValueRep) -> Result<()> {
-        let value = self.reader.value(rep)?.filter(|value| name != "custom" || *value != Value::Bool(false));
-        fields.extend(value.map(|value| (name, value)));
+        // Lists of what the connections themselves have.
+        if name == "connectionChildren" {
+            return Ok(());
+        }
+        let before = fields.len();
+        self.field(fields, name, rep)?;
+        if fields[before..] == [("custom".to_owned(), Value::Bool(false))] {
+            fields.pop();
+        }
         Ok(())
     }
 

@@ -15,10 +15,10 @@ use rhytid_core::Result;
 
 /// Reads all but the time samples.
 pub(super) fn open(source: Source) -> Result<Opened> {
-    let mut parser = Parser { lexer: Lexer::new(Bytes::new(source)), tracks: Vec::new() };
+    let mut parser = Parser { lexer: Lexer::new(Bytes::new(source)), tracks: Vec::new(), unread: Vec::new() };
     let layer = parser.layer()?;
-    let Parser { lexer, tracks } = parser;
-    Ok(Opened { layer, samples: Box::new(TextSamples { lexer, tracks }) })
+    let Parser { lexer, tracks, unread } = parser;
+    Ok(Opened { layer, samples: Box::new(TextSamples { lexer, tracks }), unread })
 }
 
 struct TextSamples {

@@ -21,6 +21,8 @@ pub(super) struct Track {
 pub(super) struct Parser {
     pub(super) lexer: Lexer,
     pub(super) tracks: Vec<Track>,
+    /// What was left out, by name.
+    pub(super) unread: Vec<String>,
 }
 
 impl Parser {
@@ -64,7 +66,8 @@ impl Parser {
                 "def" | "over" | "class" => prim.children.extend(self.prim(&keyword, depth + 1)?),
                 "reorder" => self.reorder()?,
                 "variantSet" => {
-                    self.lexer.quoted()?;
+                    let name = self.lexer.quoted()?;
+                    self.unread.push(format!("the variant set {name}"));
                     self.lexer.expect(b'=')?;
                     self.skip_variants()?;
                 }
@@ -72,7 +75,11 @@ impl Parser {
             }
             while self.lexer.accept(b';')? {}
         }
-        Ok(Some(prim).filter(|_| keyword != "class"))
+        if keyword == "class" {
+            self.unread.push(format!("the class {}", prim.name));
+            return Ok(None);
+        }
+        Ok(Some(prim))
     }
 
     /// `reorder nameChildren = […]` and the like.
@@ -124,7 +131,10 @@ impl Parser {
                 }
                 (None, _) => values::metadata(&mut self.lexer, &name)?,
             };
-            fields.extend(value.map(|value| (name, value)));
+            match value {
+                Some(value) => fields.push((name, value)),
+                None => self.unread.push(name),
+            }
             while self.lexer.accept(b';')? {}
         }
         Ok(fields)
@@ -162,12 +172,18 @@ impl Parser {
             }
         };
         if is_left_out {
+            self.unread.push(format!("what is taken from {}", found.name()));
             return Ok(());
         }
         let place = *places.entry(found.name().to_owned()).or_insert(properties.len());
         match (properties.get_mut(place), found) {
             (None, found) => properties.push(found),
-            (Some(Property::Attribute(before)), Property::Attribute(found)) => add(before, found),
+            (Some(Property::Attribute(before)), Property::Attribute(found)) => {
+                if before.default.is_some() && found.default.is_some() {
+                    self.unread.push(format!("a second value of {}", found.name));
+                }
+                add(before, found);
+            }
             (Some(Property::Relationship(before)), Property::Relationship(found)) => {
                 before.targets.extend(found.targets);
             }
@@ -201,10 +217,18 @@ impl Parser {
         };
         if self.lexer.accept(b'=')? {
             match part {
-                "" => attribute.default = values::value(&mut self.lexer, &attribute.type_name)?,
+                "" => {
+                    attribute.default = values::value(&mut self.lexer, &attribute.type_name)?;
+                    if attribute.default.is_none() {
+                        self.unread.push(format!("the value of {}", attribute.name));
+                    }
+                }
                 "timeSamples" => attribute.samples = Some(self.samples(&attribute.type_name)?),
                 "connect" => attribute.connections = values::paths(&mut self.lexer)?,
-                _ => self.lexer.skip_value()?,
+                _ => {
+                    self.unread.push(format!("{}.{part}", attribute.name));
+                    self.lexer.skip_value()?;
+                }
             }
         }
         if self.lexer.next()? == Next::Mark(b'(') {
@@ -218,7 +242,8 @@ impl Parser {
         let name = self.lexer.word("the name of a relationship")?;
         let targets = if self.lexer.accept(b'=')? { values::paths(&mut self.lexer)? } else { Vec::new() };
         if self.lexer.next()? == Next::Mark(b'(') {
-            self.metadata()?;
+            let fields = self.metadata()?;
+            self.unread.extend(fields.into_iter().map(|(field, _)| format!("{name}: {field}")));
         }
         Ok(Relationship { name, targets })
     }
