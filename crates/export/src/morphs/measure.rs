@@ -2,7 +2,7 @@
 
 use super::frames::{Attribute, Frames, TASK};
 use super::linear::product;
-use super::values::{Values, Worst};
+use super::values::{NormalsOff, Values, Worst};
 use faer::{Mat, MatRef};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -77,8 +77,8 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
     Ok((worst, (sum / (f * frames.vertices()) as f64).sqrt()))
 }
 
-/// The largest difference of a unit normal from the one that came in, as a length, and the root of the mean of
-/// its square, over all vertices and frames.
+/// The largest difference of a unit normal from the one that came in, as a length, and the root of the mean
+/// of its square, over all vertices and frames.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
@@ -87,7 +87,7 @@ pub(super) fn measure_normals(
     base: &Values,
     targets: &[&Values],
     weights: &[f32],
-) -> Result<[f64; 2]> {
+) -> Result<NormalsOff> {
     let (f, k) = (frames.frames(), targets.len());
     let weights = Mat::from_fn(f, k, |i, j| f64::from(weights[i * k + j]));
     let zero = vec![0.0; 3 * frames.vertices()];
@@ -125,5 +125,5 @@ pub(super) fn measure_normals(
             sum += part.1;
         }
     }
-    Ok([worst.sqrt(), (sum / (f * frames.vertices()) as f64).sqrt()])
+    Ok(NormalsOff { worst: worst.sqrt(), rms: (sum / (f * frames.vertices()) as f64).sqrt() })
 }

@@ -39,7 +39,7 @@ mod values;
 
 pub use frames::Frames;
 pub use settings::Settings;
-pub use values::{Morphs, Target, Values};
+pub use values::{Morphs, NormalsOff, Target, Values};
 
 use rhytid_core::{Error, Progress, Remedy, Result};
 use std::path::Path;

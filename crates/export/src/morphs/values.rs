@@ -64,6 +64,15 @@ pub struct Fitted {
     pub rms: f64,
 }
 
+/// How far unit normals are from those that came in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NormalsOff {
+    /// The largest difference at a vertex in a frame, as a length.
+    pub worst: f64,
+    /// The root of the mean of its square.
+    pub rms: f64,
+}
+
 /// A base mesh, targets and weights; the module above has the equation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Morphs {
@@ -83,9 +92,8 @@ pub struct Morphs {
     pub worst: Worst,
     /// The other attributes of the frames, in their order.
     pub extras: Vec<Fitted>,
-    /// How far the unit normals are from those that came in, if there are some: the largest difference of a
-    /// vertex in a frame, as a length, and the root of the mean of its square.
-    pub normals_off: Option<[f64; 2]>,
+    /// How far the unit normals are from those that came in, if there are some.
+    pub normals_off: Option<NormalsOff>,
     /// The root of the mean squared distance over all vertices and frames, in mesh units.
     pub rms: f64,
 }

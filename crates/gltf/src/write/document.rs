@@ -13,7 +13,7 @@ use ::gltf::json::scene::UnitQuaternion;
 use ::gltf::json::validation::Checked::Valid;
 use ::gltf::json::{Asset, Index, Node, Root, extras};
 use rhytid_core::{Error, Progress, Result, UpAxis, channel};
-use rhytid_export::morphs::Values;
+use rhytid_export::morphs::{NormalsOff, Values};
 use rhytid_export::{Deviation, Options, Scene, Written};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -228,7 +228,7 @@ impl Document {
     }
 
     /// States the deviation of the normals, as lengths.
-    pub(super) fn state_normals(&mut self, [worst, rms]: [f64; 2]) {
+    pub(super) fn state_normals(&mut self, NormalsOff { worst, rms }: NormalsOff) {
         self.about.extras["normalError"] = json!({ "worst": worst, "rms": rms });
     }
 

@@ -215,10 +215,10 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     };
     let errors = stated_errors(root, metres_per_unit);
     let has_normals = numbers.shapes.as_ref().is_some_and(Shapes::has_normals);
-    let of_normals = errors.filter(|_| has_normals).map(|(_, [worst, rms])| StatedError {
+    let of_normals = errors.as_ref().filter(|_| has_normals).map(|errors| StatedError {
         channel: channel::NORMALS.name.clone().into_owned(),
-        worst,
-        rms,
+        worst: errors.normals.worst,
+        rms: errors.normals.rms,
     });
     let stated_channel_errors = of_normals.into_iter().collect();
     let summary = Summary {
@@ -239,7 +239,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
         recipe: stated_recipe(root),
-        stated_error: errors.map(|(positions, _)| positions),
+        stated_error: errors.map(|errors| errors.positions),
         stated_channel_errors,
     };
     Ok((summary, numbers))

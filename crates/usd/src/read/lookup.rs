@@ -1,6 +1,7 @@
 //! Lookups in a layer that was read.
 
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
+use rhytid_export::morphs::NormalsOff;
 use rhytid_export::{Deviation, StatedRecipe};
 use serde_json::{Number, Value as Json};
 
@@ -41,9 +42,16 @@ pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
     found
 }
 
-/// The errors that the animation below the default prim `root` states, if it does: that of the positions, in
-/// mesh units, and that of the normals. What is missing is NaN, or beyond every frame.
-pub(super) fn stated_errors(root: &Prim, metres_per_unit: f64) -> Option<(Deviation, [f64; 2])> {
+/// The errors that an animation states.
+pub(super) struct StatedErrors {
+    /// In mesh units.
+    pub(super) positions: Deviation,
+    pub(super) normals: NormalsOff,
+}
+
+/// The errors that the animation below the default prim `root` states, if it does. What is missing is NaN, or
+/// beyond every frame.
+pub(super) fn stated_errors(root: &Prim, metres_per_unit: f64) -> Option<StatedErrors> {
     let stated = dictionary(dictionary(&root.metadata, "customData")?, "rhytidError")?;
     let number = |name: &str| match field(stated, name) {
         Some(Value::Double(number)) => *number,
@@ -56,7 +64,8 @@ pub(super) fn stated_errors(root: &Prim, metres_per_unit: f64) -> Option<(Deviat
         at: (index("frame"), index("vertex")),
         rms: length("rmsMillimetres"),
     };
-    Some((positions, [number("normalWorst"), number("normalRms")]))
+    let normals = NormalsOff { worst: number("normalWorst"), rms: number("normalRms") };
+    Some(StatedErrors { positions, normals })
 }
 
 /// The recipe of the animation below the default prim `root`, if it states one.

@@ -7,7 +7,7 @@ use super::shapes::{bind, declare};
 use super::surface::{Surface, extent};
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
 use rhytid_core::{AtomicFile, Error, Progress, Result, RigidMotion, channel};
-use rhytid_export::morphs::{Frames, Target, Values, check_frames};
+use rhytid_export::morphs::{Frames, NormalsOff, Target, Values, check_frames};
 use rhytid_export::{Deviation, Exporter, Frame, Scene, Shape, Written};
 use std::path::{Path, PathBuf};
 
@@ -147,7 +147,7 @@ fn replace(prim: &mut Prim, name: &str, value: Value) {
 }
 
 /// States the error beside the recipe, as glTF's extras do.
-fn state(root: &mut Prim, error: &Deviation, normals: Option<[f64; 2]>, metres_per_unit: f64) {
+fn state(root: &mut Prim, error: &Deviation, normals: Option<NormalsOff>, metres_per_unit: f64) {
     let millimetres = |x: f64| Value::Double(x * metres_per_unit * 1000.0);
     let index = |n: usize| Value::Double(n as f64);
     let mut stated: Fields = vec![
@@ -156,7 +156,7 @@ fn state(root: &mut Prim, error: &Deviation, normals: Option<[f64; 2]>, metres_p
         ("frame".into(), index(error.at.0)),
         ("vertex".into(), index(error.at.1)),
     ];
-    if let Some([worst, rms]) = normals {
+    if let Some(NormalsOff { worst, rms }) = normals {
         stated.push(("normalWorst".into(), Value::Double(worst)));
         stated.push(("normalRms".into(), Value::Double(rms)));
     }
