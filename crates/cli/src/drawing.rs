@@ -48,8 +48,9 @@ pub(crate) fn with_pictures(what: &str, write: impl Fn(Option<&Painter>) -> Resu
         Err(Error::Input(error)) => error.sentence().to_owned(),
         done => return done.map(|()| true),
     };
-    log::warn!("{what} left out: {failed}");
+    // If the page itself cannot be written, that is the error.
     write(None)?;
+    log::warn!("{what} left out: {failed}");
     Ok(false)
 }
 

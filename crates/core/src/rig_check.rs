@@ -110,7 +110,7 @@ impl<T: Real> RigParts<T> {
             ),
         ] {
             if !(number.is_finite() && is_right) {
-                return fail(format!("{name} is {number}, which is out of its range"));
+                return fail(format!("{name} is {}, which is out of its range", shown(number)));
             }
         }
         if learned.reach.is_nan() || learned.reach < 1.0 {
@@ -190,7 +190,12 @@ const LARGEST: f64 = 1e15;
 pub(crate) fn finite<T: Real>(name: &str, numbers: &[T]) -> Result<()> {
     let Some(at) = first_beyond(numbers, LARGEST) else { return Ok(()) };
     let expected = if numbers[at].widen().is_finite() { "a smaller number" } else { "a finite number" };
-    fail(format!("{name}[{at}] is {}, expected {expected}", numbers[at]))
+    fail(format!("{name}[{at}] is {}, expected {expected}", shown(numbers[at].widen())))
+}
+
+/// A number as people write it: large ones by their power of ten.
+fn shown(number: f64) -> String {
+    if number.is_finite() && number.abs() >= 1e9 { format!("{number:e}") } else { number.to_string() }
 }
 
 fn ratios<T: Real>(name: &str, numbers: &[T]) -> Result<()> {

@@ -261,7 +261,7 @@ enum Input<'a> {
     Pose(&'a Mesh, &'a Example),
     Handles(&'a Handles),
     Take(&'a Take),
-    Project(Project),
+    Project(&'a Project),
 }
 
 impl Input<'_> {
@@ -271,7 +271,7 @@ impl Input<'_> {
             Self::Pose(neutral, example) => mesh::read(path)? == pose(neutral, example),
             Self::Handles(handles) => tables::read_handles(path)? == **handles,
             Self::Take(take) => take::read(path, None, Missing::Leave)? == **take,
-            Self::Project(project) => project::read_project(path)? == *project,
+            Self::Project(project) => project::read_project(path)? == **project,
         })
     }
 
@@ -307,7 +307,8 @@ fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String>
     let meshes = inputs.len();
     inputs.push(("markers.csv".into(), Input::Handles(&face.handles)));
     inputs.push(("performance.csv".into(), Input::Take(take)));
-    inputs.push(("face.toml".into(), Input::Project(project_of(face, examples)?)));
+    let project = project_of(face, examples)?;
+    inputs.push(("face.toml".into(), Input::Project(&project)));
     let mut missing = Vec::new();
     for (file, input) in &inputs {
         let path = dir.join(file);

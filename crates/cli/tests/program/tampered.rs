@@ -183,7 +183,7 @@ fn usd_faults(text: &str) -> Vec<Fault> {
         let name = statement.split(" = ").next().unwrap().trim().to_owned();
         let with = |other: &str| format!("{}{other}{}", &text[..range.start], &text[range.end..]);
         let mut add = |what: &str, other: &str| {
-            faults.push(Fault { what: format!("{name} {what}"), text: with(other) })
+            faults.push(Fault { what: format!("{name} {what}"), text: with(other) });
         };
         let opens_metadata = statement.trim_end().ends_with('(');
         if !opens_metadata {

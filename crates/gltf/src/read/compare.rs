@@ -177,7 +177,7 @@ fn compare(place: &str, found: &Value, expected: &Value, differences: &mut Vec<S
             }
         }
         (Value::Array(found), Value::Array(expected)) => {
-            differences.push(format!("{place}: has {} elements, expected {}", found.len(), expected.len()))
+            differences.push(format!("{place}: has {} elements, expected {}", found.len(), expected.len()));
         }
         (Value::Number(found), Value::Number(expected)) => {
             let (a, b) = (found.as_f64().unwrap_or(f64::NAN), expected.as_f64().unwrap_or(f64::NAN));

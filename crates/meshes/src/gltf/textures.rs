@@ -6,6 +6,13 @@ use rhytid_core::{Error, Result};
 use std::collections::HashMap;
 use std::sync::Arc;
 
+/// Where an image is.
+#[derive(PartialEq, Eq, Hash)]
+struct Source<'a> {
+    view: Option<usize>,
+    uri: Option<&'a str>,
+}
+
 /// The name of each material that has a base colour texture, and its image as it is encoded.
 pub(super) fn read(
     root: &Root,
@@ -15,7 +22,7 @@ pub(super) fn read(
 ) -> Result<Vec<(String, Arc<[u8]>)>> {
     let mut found = Vec::new();
     // An image of many materials is read and kept once.
-    let mut images: HashMap<(Option<usize>, Option<&str>), Arc<[u8]>> = HashMap::new();
+    let mut images: HashMap<Source<'_>, Arc<[u8]>> = HashMap::new();
     for material in &root.materials {
         let Some(material_name) = &material.name else { continue };
         let Some(texture) = &material.pbr_metallic_roughness.base_color_texture else { continue };
@@ -26,7 +33,7 @@ pub(super) fn read(
         };
         let texture = root.textures.get(texture.index.value()).ok_or_else(|| missing("does not exist"))?;
         let image = root.images.get(texture.source.value()).ok_or_else(|| missing("has no image"))?;
-        let source = (image.buffer_view.map(|view| view.value()), image.uri.as_deref());
+        let source = Source { view: image.buffer_view.map(|view| view.value()), uri: image.uri.as_deref() };
         if let Some(image) = images.get(&source) {
             found.push((material_name.clone(), image.clone()));
             continue;

@@ -218,6 +218,7 @@ fn a_telephone_and_its_finger_are_enough() {
     let at = format!("window.at = [{}, {}]", place(handle, 0.0, 0), place(handle, 0.0, 1));
     let steps = [
         evaluate("before", STATUS),
+        evaluate("noted", &format!("window.before = JSON.stringify({STATUS}.handles)")),
         evaluate("width", "document.documentElement.scrollWidth"),
         evaluate("at", &at),
         finger("touchStart", 0.0, 0.0),
@@ -226,6 +227,8 @@ fn a_telephone_and_its_finger_are_enough() {
         shown(),
         finger("touchMove", 15.0, 0.0),
         shown(),
+        // A busy machine may draw later.
+        until(&format!("JSON.stringify({STATUS}.handles) !== window.before")),
         finger("touchEnd", 15.0, 0.0),
         shown(),
         evaluate("after", STATUS),

@@ -203,7 +203,7 @@ impl Builder<'_> {
         for (name, rep) in self.fields(spec)? {
             match name.as_str() {
                 "targetPaths" if rep.kind() == kind::PATH_LIST_OP => {
-                    relationship.targets = self.paths(rep)?
+                    relationship.targets = self.paths(rep)?;
                 }
                 // Lists of what the targets themselves have, and the fallbacks of other fields.
                 "targetChildren" | "variability" | "custom" => {}
