@@ -143,7 +143,7 @@ fn maps_are_one_a_mesh_and_say_how_they_are_meant() {
         ),
         (
             "normal_map = \"n.png\"\nstrength = -1",
-            "line 11: [[example]] strength is -1, expected what heights are multiplied by, a number above 0",
+            "line 11: [[example]] strength is -1, expected what heights are multiplied by, a number above 0, at most 1000",
         ),
     ] {
         let said = changed("mesh = \"poses", &format!("{keys}\nmesh = \"poses"));

@@ -123,5 +123,8 @@ fn shapes_that_do_not_fit_are_refused() {
     let first = samples + text[samples..].find(": [").unwrap() + 3;
     std::fs::write(&path, format!("{}0, {}", &text[..first], &text[first..])).unwrap();
     let message = input_error(animation::open(&path).unwrap().positions(0, &mut Vec::new()));
-    assert!(message.contains("weights at time code 101 have not one for each shape"), "{message}");
+    assert!(
+        message.contains("weights at time code 101 have not one from 0 to 1 for each shape"),
+        "{message}"
+    );
 }
