@@ -302,11 +302,19 @@ impl Compared {
         if is_normal && limits.is_stated && self.first.is_empty() {
             self.first = expected.to_vec();
         }
-        // glTF demands a normal where the mesh has none. A normal that turns far is clamped.
-        let any = |v: usize, expected: &[f32]| {
-            let first = self.first.get(3 * v..3 * v + 3).unwrap_or_default();
-            let turned = || expected.iter().zip(first).any(|(n, first)| (n - first).abs() > MOST_TURNED);
-            !first.is_empty() && (expected.iter().all(|x| *x == 0.0) || !limits.fitted && turned())
+        // glTF demands a normal where the mesh has none.
+        let is_any =
+            |v: usize, expected: &[f32]| v * 3 < self.first.len() && expected.iter().all(|x| *x == 0.0);
+        // Integers clamp a normal that turns far.
+        let clamped = |v: usize, expected: &[f32]| {
+            let first = self.first.get(3 * v..3 * v + 3).filter(|_| !limits.fitted)?;
+            let pairs = || expected.iter().zip(first);
+            if pairs().all(|(n, first)| (n - first).abs() <= MOST_TURNED) {
+                return None;
+            }
+            let turn = |(n, first): (&f32, &f32)| first + (n - first).clamp(-MOST_TURNED, MOST_TURNED);
+            let length = pairs().map(turn).map(|x| x * x).sum::<f32>().sqrt();
+            Some(pairs().map(turn).map(|x| x / length).collect::<Vec<f32>>())
         };
         let allowed = |v: usize| match channel.tolerance {
             Tolerance::Position => limits.allowed,
@@ -322,15 +330,19 @@ impl Compared {
         let values = found.chunks_exact(width).zip(expected.chunks_exact(width));
         let (mut beyond, mut first_beyond) = (0, self.difference.first_beyond);
         for (v, (found, expected)) in values.enumerate() {
-            let off = |sign: f64| {
+            let off = |expected: &[f32], sign: f64| {
                 let square = |(a, b): (&f32, &f32)| (f64::from(*a) - sign * f64::from(*b)).powi(2);
                 found.iter().zip(expected).map(square).sum::<f64>().sqrt()
             };
             // Also if the distance is NaN, which then stays the worst.
-            let distance = if is_axis { off(1.0).min(off(-1.0)) } else { off(1.0) };
+            let distance =
+                if is_axis { off(expected, 1.0).min(off(expected, -1.0)) } else { off(expected, 1.0) };
             let length = |x: &[f32]| x.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
             let allowed = match () {
-                () if any(v, expected) => f64::INFINITY,
+                () if is_any(v, expected) && (length(found) - 1.0).abs() < OF_LENGTH => f64::INFINITY,
+                () if clamped(v, expected).is_some_and(|clamped| off(&clamped, 1.0) < allowed(v)) => {
+                    f64::INFINITY
+                }
                 // Where both strains are the same, each direction is right, but it is still one.
                 () if is_axis && (length(found) - length(expected)).abs() > OF_LENGTH => 0.0,
                 () => allowed(v),

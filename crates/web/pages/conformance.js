@@ -2,7 +2,7 @@
 // "unsupported" where there is no WebGPU, or "broken" with a `message`; behind the first two `report`, as in report.json, and of a face
 // `off`, `handlePositions` and `positions`. `?binding=BYTES` splits arrays as for a device that takes no more in one binding.
 import init, { conform } from "./rhytid_web.js";
-import { unpacked, whyNot } from "./webgpu.js";
+import { unpacked, whenLost, whyNot } from "./webgpu.js";
 
 const result = (window.rhytid = { state: "running" });
 const element = (id) => document.getElementById(id);
@@ -41,6 +41,8 @@ async function run() {
         return end("broken", `The address has binding=${asked}, expected a number of bytes, such as 65536.`);
     }
     element("status").textContent = "Loading …";
+    // The suite itself destroys the devices of cases that are over.
+    whenLost(({ reason, message }) => reason === "destroyed" || end("broken", `The GPU was lost: ${message}`));
     const adapter = await navigator.gpu.requestAdapter({ powerPreference: "high-performance" });
     const [rig] = await Promise.all([unpacked("demo.safetensors.gz"), init()]);
     const progress = element("progress");

@@ -1,7 +1,8 @@
 // Shows the viewer, with the demo's face open. For programs `window.rhytid` has `state`: "running", then "open", "unsupported" where there
-// is no WebGPU, or "broken" with a `message`; and `viewer`, whose functions are those of crates/web/src/viewer.rs. `?empty` opens nothing.
+// is no WebGPU, or "broken" with a `message`; `viewer`, whose functions are those of crates/web/src/viewer.rs; and the GPU's `device`.
+// `?empty` opens nothing.
 import init, { view } from "./rhytid_web.js";
-import { unpacked, whyNot } from "./webgpu.js";
+import { unpacked, whenLost, whyNot } from "./webgpu.js";
 
 const result = (window.rhytid = { state: "running" });
 const element = (id) => document.getElementById(id);
@@ -19,6 +20,10 @@ async function run() {
     const reason = await whyNot();
     if (reason) return end("unsupported", reason);
     end("running", "Loading …");
+    whenLost(
+        ({ message }) => end("broken", `The GPU was lost${message ? ` (${message})` : ""}. Reload the page to go on.`),
+        (device) => (result.device = device),
+    );
     const isEmpty = new URLSearchParams(location.search).has("empty");
     const demo = isEmpty ? [] : ["demo.safetensors", "demo.csv"];
     const [files] = await Promise.all([Promise.all(demo.map((name) => unpacked(`${name}.gz`))), init()]);

@@ -1,4 +1,4 @@
-// What both pages need: whether there is WebGPU, and files from beside them.
+// What both pages need: whether there is WebGPU, when its device is lost, and files from beside them.
 
 // One sentence where WebGPU is missing; null where it is there.
 export async function whyNot() {
@@ -10,6 +10,17 @@ export async function whyNot() {
         return "This browser has WebGPU but no GPU for it: its drivers may be too old, or its settings may have switched hardware acceleration off.";
     }
     return null;
+}
+
+// Tells when a device that the page makes from now on is lost. A canvas cannot say so any more. `made` gets each device.
+export function whenLost(tell, made) {
+    const request = GPUAdapter.prototype.requestDevice;
+    GPUAdapter.prototype.requestDevice = async function (...options) {
+        const device = await request.apply(this, options);
+        made?.(device);
+        device.lost.then(tell);
+        return device;
+    };
 }
 
 // The bytes of a file that is kept as gzip.

@@ -257,8 +257,15 @@ fn every_fault_of_a_usd_file_is_found() {
     });
     f.write("take.csv", with_head.collect::<String>());
     let (mut count, mut missed) = (0, Vec::new());
-    for options in ["--strain --sigma", "--shapes 3 --no-normals"] {
-        f.done(&format!("animate face.safetensors take.csv --device cpu:0 {options} -o sound.usda"));
+    let animate = "animate face.safetensors take.csv --device cpu:0";
+    for (frames, part) in [("0..3", "a"), ("3..6", "b")] {
+        f.done(&format!("{animate} --frames {frames} -o part-{part}.usd"));
+    }
+    for options in ["--strain --sigma", "--velocities", "--shapes 3", "--shapes 3 --no-normals", "stitched"] {
+        match options {
+            "stitched" => f.done("stitch part-a.usd part-b.usd -o sound.usda"),
+            _ => f.done(&format!("{animate} {options} -o sound.usda")),
+        };
         let (code, said) = verify(&f, "sound.usda");
         assert_eq!(code, 0, "{options}: {said}");
         let text = f.read_text("sound.usda").replace("def SkelRoot \"face\"\n", "def Xform \"face\"\n");
@@ -282,7 +289,7 @@ fn every_fault_of_a_usd_file_is_found() {
         missed.join("\n")
     );
     println!("{count} faults of USD files, all found");
-    assert!(count > 150, "{count}");
+    assert!(count > 500, "{count}");
 }
 
 /// Paths of all leaves of JSON.
