@@ -42,7 +42,6 @@ pub(super) struct Kept {
     /// Whether the user asked for it, so that it stays.
     is_asked_for: bool,
     rig: PathBuf,
-    output: PathBuf,
 }
 
 impl Kept {
@@ -55,10 +54,11 @@ impl Kept {
 
     /// What to do if the output could not be written.
     pub(super) fn advice(&self) -> String {
-        let [rig, take, output] = [&self.rig, &self.path, &self.output].map(|path| output::word(path));
+        let words = std::env::args().skip(1).collect();
         format!(
-            "the recording is in {}; make the output from it with `rhytid animate {rig} {take} -o {output}`",
-            self.path.display()
+            "the recording is in {}; make the output from it with `rhytid {}`",
+            self.path.display(),
+            with_take(words, &self.rig, &self.path)
         )
     }
 
@@ -71,6 +71,31 @@ impl Kept {
         self.path = free(&std::env::temp_dir().join(name));
         take::write(&self.path, take)
     }
+}
+
+/// The command line of `animate --listen` as one that plays the take in a file, with all its other options.
+fn with_take(words: Vec<String>, rig: &Path, take: &Path) -> String {
+    let mut command = Vec::new();
+    let mut words = words.into_iter().peekable();
+    while let Some(word) = words.next() {
+        let option = word.split('=').next().unwrap_or_default();
+        if ["--frames", "--record", "--timeout", "--listen"].contains(&option) {
+            // Its value is in the same word, or there is none: `--listen` may stand without an address.
+            let is_alone = word != option
+                || option == "--listen"
+                    && words.peek().is_none_or(|next| next.parse::<u16>().is_err() && !next.contains(':'));
+            if !is_alone {
+                words.next();
+            }
+            continue;
+        }
+        let is_rig = Path::new(&word) == rig;
+        command.push(output::word(Path::new(&word)));
+        if is_rig {
+            command.push(output::word(take));
+        }
+    }
+    command.join(" ")
 }
 
 /// The name for a recording that makes `output`: `face.recording.csv` for `face.usd`, or the next free one.
@@ -100,7 +125,7 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
     let patience = args.live.timeout.unwrap_or(PATIENCE);
     let ended = interrupt::recording_ended;
     let path = recording_of(args.live.record.as_ref().unwrap_or(&args.output));
-    let mut kept = Kept { path, is_asked_for: false, rig: args.rig.clone(), output: args.output.clone() };
+    let mut kept = Kept { path, is_asked_for: false, rig: args.rig.clone() };
     let mut stream = TakeStream::create(&kept.path, &rig.handles().labels)?;
     if !ui.is_quiet() {
         ui.line(&format!("listening at {address} for {}", human::counted(frames, "frame")));
@@ -194,4 +219,25 @@ fn summary(recording: &Recording, counts: Counts) -> String {
         at(0.95),
         at(1.0)
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_for_a_recording_has_the_other_options() {
+        let found = |line: &str| {
+            let words = line.split(' ').map(str::to_owned).collect();
+            with_take(words, Path::new("face.safetensors"), Path::new("a.recording.csv"))
+        };
+        let expected = "animate face.safetensors a.recording.csv -o a.glb --quantize --head bake";
+        for line in [
+            "animate face.safetensors --listen --frames 9 -o a.glb --quantize --head bake",
+            "animate --listen=9000 face.safetensors -o a.glb --quantize --frames=9 --head bake --timeout 3",
+            "animate face.safetensors --listen 127.0.0.1:9000 -o a.glb --record b.csv --quantize --frames 9 --head bake",
+        ] {
+            assert_eq!(found(line), expected, "{line}");
+        }
+    }
 }
