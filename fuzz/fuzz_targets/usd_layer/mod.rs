@@ -6,7 +6,7 @@ use rhytid_formats::usd::read::{self, Opened, decode_animation};
 /// Decodes. Everything in the layer can be read, or gives an error.
 pub fn decode(bytes: &[u8]) {
     match read::decode(bytes.to_vec(), "fuzz") {
-        Ok(Opened { layer, mut samples }) => {
+        Ok(Opened { layer, mut samples, .. }) => {
             let mut numbers = Vec::new();
             layer.prims.iter().for_each(|prim| sampled(prim, &mut numbers));
             for n in numbers {
