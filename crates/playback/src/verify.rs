@@ -25,6 +25,10 @@ const OF_INTEGERS: f64 = 0.03;
 /// the difference that is allowed in any case. Devices round the normals of thin triangles differently.
 const OF_FITTED: [f64; 2] = [0.02, 1e-4];
 
+/// A stated error includes what float32 may add in a sum of up to 2,048 targets, as a part of the farthest
+/// coordinate.
+const OF_SUMS: f64 = 2.5e-4;
+
 /// The error that is allowed to the length of a direction.
 const OF_LENGTH: f64 = 1e-3;
 
@@ -143,17 +147,22 @@ pub fn verify(
     let mut found = compared.into_iter().map(Compared::finish);
     let positions = found.next().unwrap_or_else(|| Compared::new(&channel::POSITIONS, &summary).finish());
     let others: Vec<ChannelDifference> = found.collect();
-    differences.extend(wrong_statements(&summary, &positions, &others, devices, at_stated));
+    let coordinates = performance.rig.surface().rest.as_flattened().iter();
+    let farthest = coordinates.fold(0.0, |most: f64, x| most.max(f64::from(x.abs())));
+    let sums = if summary.fitted { OF_SUMS * farthest } else { 0.0 };
+    let rounding = 2.0 * devices + sums;
+    differences.extend(wrong_statements(&summary, &positions, &others, rounding, at_stated));
     Ok(Verified { frames: done, positions, others, allowed, head: off_head, differences })
 }
 
 /// What the file states of its errors and is not so. A file that states a large error would allow anything.
-/// `at_stated` is the difference at the stated place of the largest one.
+/// `at_stated` is the difference at the stated place of the largest one, and `rounding` is what positions may
+/// differ by in any case.
 fn wrong_statements(
     summary: &Summary,
     positions: &ChannelDifference,
     others: &[ChannelDifference],
-    devices: f64,
+    rounding: f64,
     at_stated: f64,
 ) -> Vec<String> {
     let is_off =
@@ -162,13 +171,13 @@ fn wrong_statements(
         |what: &str, stated: f64, found: f64| format!("the stated {what}: {stated:.6}, but it is {found:.6}");
     let mut wrong = Vec::new();
     if let Some(stated) = summary.stated_error {
-        if is_off(stated.worst, positions.worst, 2.0 * devices) {
+        if is_off(stated.worst, positions.worst, rounding) {
             wrong.push(sentence("error", stated.worst, positions.worst));
         }
-        if is_off(stated.rms, positions.rms, 0.01 * positions.rms + devices) {
+        if is_off(stated.rms, positions.rms, 0.01 * positions.rms + rounding) {
             wrong.push(sentence("RMS error", stated.rms, positions.rms));
         }
-        if is_off(at_stated, positions.worst, 2.0 * devices) {
+        if is_off(at_stated, positions.worst, rounding) {
             let (frame, vertex) = stated.at;
             wrong.push(format!(
                 "the stated place of the largest error: not in frame {frame}, vertex {vertex}"
@@ -183,8 +192,8 @@ fn wrong_statements(
             }
             continue;
         };
-        let [part, rounding] = OF_FITTED;
-        if is_normal && is_off(stated.rms, other.rms, part * other.rms + rounding) {
+        let [part, least] = OF_FITTED;
+        if is_normal && is_off(stated.rms, other.rms, part * other.rms + least) {
             wrong.push(sentence("RMS error of the normals", stated.rms, other.rms));
         }
         // Thin triangles magnify how devices round.
