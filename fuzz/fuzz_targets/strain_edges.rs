@@ -9,7 +9,9 @@ fuzz_target!(|bytes: &[u8]| {
     let labels = ["brow_left", "brow_right", "nose", "chin"].map(str::to_owned);
     match decode_strain_edges(bytes, "fuzz", &labels) {
         Ok(edges) => {
-            assert!(!edges.is_empty() && edges.iter().all(|&[a, b]| a != b && a.index() < 4 && b.index() < 4));
+            assert!(
+                !edges.is_empty() && edges.iter().all(|&[a, b]| a != b && a.index() < 4 && b.index() < 4)
+            );
             let pairs: HashSet<_> = edges.iter().map(|&[a, b]| (a.min(b), a.max(b))).collect();
             assert_eq!(pairs.len(), edges.len());
         }

@@ -4,12 +4,7 @@ use std::time::{Duration, Instant};
 
 /// Runs each target of `fuzz/` for `seconds`, once or in turns for `hours`. Stops at the first finding.
 pub(crate) fn fuzz(seconds: u32, hours: Option<u32>) -> Result {
-    if !succeeds(command("cargo", &["+nightly", "--version"])) {
-        return Err("fuzzing needs the nightly toolchain: run `rustup toolchain install nightly`".into());
-    }
-    if !succeeds(command("cargo", &["+nightly", "fuzz", "--version"])) {
-        return Err("fuzzing needs cargo-fuzz: run `cargo install cargo-fuzz`".into());
-    }
+    install()?;
     let list = output(command("cargo", &["+nightly", "fuzz", "list"])).unwrap_or_default();
     let targets: Vec<&str> = list.lines().filter(|line| !line.is_empty()).collect();
     if targets.is_empty() {
@@ -23,6 +18,18 @@ pub(crate) fn fuzz(seconds: u32, hours: Option<u32>) -> Result {
         turns += 1;
     }
     println!("{} fuzz targets, {turns} times {seconds} s each: nothing found", targets.len());
+    Ok(())
+}
+
+/// The nightly compiler and cargo-fuzz, if they are not there yet.
+fn install() -> Result {
+    if !succeeds(command("cargo", &["+nightly", "--version"])) {
+        run(command("rustup", &["toolchain", "install", "nightly", "--profile", "minimal"]))
+            .map_err(|e| format!("{e}: fuzzing needs the nightly compiler, which comes by rustup"))?;
+    }
+    if !succeeds(command("cargo", &["+nightly", "fuzz", "--version"])) {
+        run(command("cargo", &["install", "cargo-fuzz", "--locked"]))?;
+    }
     Ok(())
 }
 

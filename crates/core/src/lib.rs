@@ -87,7 +87,7 @@ pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use missing::Missing;
 pub use named_file::{Reach, folder_of, is_below, named_file, named_output};
 pub use outputs::refuse_inputs;
-pub use pixels::{MOST_PIXELS, check_pixels, set_most_pixels};
+pub use pixels::{MOST_PIXELS, check_palette, check_pixels, set_most_pixels};
 pub use progress::{NoProgress, Progress};
 pub use protected::protect_inputs;
 pub use raw_take::RawTake;

@@ -1,4 +1,4 @@
-//! How many pixels a picture from a file may have.
+//! What a picture from a file may have: how many pixels, and which palette.
 
 use crate::{Error, Remedy, Result, human};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -32,6 +32,20 @@ pub fn check_pixels(width: u64, height: u64) -> Result<()> {
             human::count(usize::try_from(limit).unwrap_or(usize::MAX))
         ))
         .with_remedies(&[Remedy::MostPixels])),
+    }
+}
+
+/// Checks the palette of a picture, three bytes for each colour.
+///
+/// # Errors
+/// [`Error::Input`], without the file's name, if its length is another.
+pub fn check_palette(palette: Option<&[u8]>) -> Result<()> {
+    match palette {
+        Some(bytes) if bytes.len() % 3 != 0 => Err(Error::malformed(format!(
+            "has a palette of {} bytes, expected three for each colour; save it again",
+            bytes.len()
+        ))),
+        _ => Ok(()),
     }
 }
 

@@ -1,7 +1,7 @@
 //! Images over a mesh's texture coordinates whose colours are numbers.
 
 use glam::DVec2;
-use rhytid_core::{Error, Result, Uvs, check_pixels, input_file};
+use rhytid_core::{Error, Result, Uvs, check_palette, check_pixels, input_file};
 use std::io::Cursor;
 use std::path::Path;
 
@@ -36,6 +36,7 @@ impl MapImage {
         let info = decoder.read_header_info().map_err(no_png)?;
         check_pixels(info.width.into(), info.height.into()).map_err(|error| error.in_file(path.display()))?;
         let mut reader = decoder.read_info().map_err(no_png)?;
+        check_palette(reader.info().palette.as_deref()).map_err(|error| error.in_file(path.display()))?;
         let size = reader.output_buffer_size().ok_or_else(|| fault("is too large".into()))?;
         let mut samples = vec![0; size];
         let info = reader.next_frame(&mut samples).map_err(no_png)?;

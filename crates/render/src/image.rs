@@ -1,7 +1,7 @@
 //! Pictures as textures. They are read from files. Their mipmaps keep distant surfaces from shimmering.
 
 use crate::picture::{Picture, from_srgb, to_srgb};
-use rhytid_core::{Error, InputErrorKind, Result, check_pixels};
+use rhytid_core::{Error, InputErrorKind, Result, check_palette, check_pixels};
 use std::io::Cursor;
 use zune_jpeg::JpegDecoder;
 use zune_jpeg::zune_core::bytestream::ZCursor;
@@ -61,6 +61,7 @@ fn png(bytes: &[u8]) -> Result<Picture> {
     let size = [header.width, header.height];
     check_pixels(size[0].into(), size[1].into())?;
     let mut reader = decoder.read_info().map_err(fault)?;
+    check_palette(reader.info().palette.as_deref())?;
     let mut pixels = vec![0; reader.output_buffer_size().ok_or_else(|| Error::too_large("is too large"))?];
     let found = reader.next_frame(&mut pixels).map_err(fault)?;
     if found.color_type == png::ColorType::GrayscaleAlpha {

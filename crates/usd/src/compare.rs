@@ -3,6 +3,7 @@
 
 use super::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Value};
 use rhytid_core::text::quoted;
+use std::collections::HashSet;
 
 /// Fields that people and pipelines add. They change nothing that is shown.
 const NOTES: [&str; 5] = ["comment", "documentation", "customData", "customLayerData", "displayName"];
@@ -45,6 +46,10 @@ impl Differences {
         let is_unknown = |item: &&T| expected.iter().all(|other| name(other) != name(item));
         for item in found.iter().filter(is_unknown) {
             self.add(&place(name(item)), "is there, expected none");
+        }
+        let mut seen = HashSet::new();
+        for item in found.iter().filter(|item| !seen.insert(name(item))) {
+            self.add(&place(name(item)), "is there twice");
         }
         pairs
     }

@@ -10,11 +10,13 @@ use std::path::{Path, PathBuf};
 /// A take's CSV that grows by a row for each frame.
 ///
 /// Each row is one write to the file. So the file is a sound take after every frame, even if the process is
-/// killed then.
+/// killed then. A row for which the disk has no room leaves nothing behind.
 #[derive(Debug)]
 pub struct TakeStream {
     file: File,
     path: PathBuf,
+    /// Bytes of the header and of the rows so far.
+    length: u64,
 }
 
 impl TakeStream {
@@ -25,7 +27,8 @@ impl TakeStream {
     pub fn create(path: &Path, labels: &[String]) -> Result<Self> {
         let mut options = File::options();
         options.append(true).create_new(true);
-        let mut stream = Self { file: options.open(path).map_err(Error::io(path))?, path: path.to_owned() };
+        let file = options.open(path).map_err(Error::io(path))?;
+        let mut stream = Self { file, path: path.to_owned(), length: 0 };
         let mut row = crate::tables::csv_of(labels.iter().map(String::as_str));
         let mut encode = || -> csv::Result<()> {
             row.write_field("time")?;
@@ -64,7 +67,13 @@ impl TakeStream {
     }
 
     fn write(&mut self, bytes: &[u8]) -> Result<()> {
-        self.file.write_all(bytes).map_err(Error::io(&self.path))
+        if let Err(e) = self.file.write_all(bytes) {
+            // The error that is told is the one of the write.
+            let _ = self.file.set_len(self.length);
+            return Err(Error::io(&self.path)(e));
+        }
+        self.length += bytes.len() as u64;
+        Ok(())
     }
 }
 
