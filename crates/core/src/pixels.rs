@@ -63,4 +63,11 @@ mod tests {
             assert!(said.contains("pixels"), "{said}");
         }
     }
+
+    #[test]
+    fn a_palette_has_whole_colours() {
+        assert!(check_palette(None).is_ok() && check_palette(Some(&[0; 6])).is_ok());
+        let said = check_palette(Some(&[0; 2])).unwrap_err().to_string();
+        assert!(said.contains("a palette of 2 bytes"), "{said}");
+    }
 }

@@ -174,6 +174,26 @@ fn pictures_larger_than_memory() {
     f.done("solve map.toml -o out/a.safetensors --max-pixels 4096");
 }
 
+#[test]
+fn a_palette_that_ends_within_a_colour() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 8, 8);
+    encoder.set_color(png::ColorType::Indexed);
+    encoder.set_palette(&[0; 5][..]);
+    encoder.write_header().unwrap().write_image_data(&[0; 64]).unwrap();
+    f.write("map.png", bytes);
+    let mesh = "mesh = \"poses/pinch.obj\"\n";
+    let displacement = format!("{mesh}displacement = \"map.png\"\nmillimetres = 1\n");
+    f.write("map.toml", f.read_text("face.toml").replace(mesh, &displacement));
+    soon(&f, "solve map.toml -o out/a.safetensors", 2, "map.png: has a palette of 5 bytes");
+    let render = "render face.safetensors take.csv --frames 0..1 --size 64x64 -o out/a.png";
+    for picture in ["--show textured --texture map.png", "--show matcap --matcap map.png"] {
+        soon(&f, &format!("{render} {picture}"), 2, "map.png: has a palette of 5 bytes");
+    }
+}
+
 /// A file that is named many times is read and kept once.
 #[cfg(target_os = "linux")]
 #[test]

@@ -227,6 +227,14 @@ fn usd_faults(text: &str) -> Vec<Fault> {
             faults.push(Fault { what: format!("{addition} added"), text });
         }
     }
+    // Prims of a stitched file are in its parts.
+    if let Some((_, rest)) = text.split_once("def Mesh ") {
+        let (mesh, _) = rest.split_once('\n').unwrap();
+        faults.push(Fault {
+            what: "the mesh's name given to a second prim".to_owned(),
+            text: format!("{}def Mesh {mesh}\n{{\n}}\n}}\n", text.trim_end().strip_suffix('}').unwrap()),
+        });
+    }
     for (from, fields) in [
         ("#usda 1.0\n(\n", ["subLayers = [@other.usda@]", "endFrame = 3"]),
         ("def Xform \"face\"\n(\n", ["active = false", "instanceable = true"]),
