@@ -62,10 +62,10 @@ impl<T: Real> RigParts<T> {
         }
         below("frame_neighbors", VertexId::numbers(&surface.tangent_neighbors), v)?;
         finite("rest", surface.rest.as_flattened())?;
-        finite("basis", self.basis.as_slice())?;
+        within("basis", self.basis.as_slice(), LARGEST_RATIO)?;
         finite("influence_weights", influences.weights.as_slice())?;
         finite("pose_features", fine_scale.pose_features.as_slice())?;
-        finite("rbf_weights", fine_scale.rbf_weights.as_slice().as_flattened())?;
+        within("rbf_weights", fine_scale.rbf_weights.as_slice().as_flattened(), self.largest_weight())?;
         finite("example_handles", examples.handles.as_slice().as_flattened())?;
         self.learned.as_ref().map_or(Ok(()), |learned| self.check_learned(learned))?;
         ratios("influence_weights", influences.weights.as_slice())?;
@@ -88,6 +88,13 @@ impl<T: Real> RigParts<T> {
             return fail(format!("strain_edges[{i}] has no length at rest"));
         }
         Ok(())
+    }
+
+    /// The largest weight of an example that can be right, in mesh units.
+    fn largest_weight(&self) -> f64 {
+        let coordinates = |c: usize| self.surface.rest.iter().map(move |x| x[c].widen());
+        let size = |c| coordinates(c).fold(f64::MIN, f64::max) - coordinates(c).fold(f64::MAX, f64::min);
+        LARGEST_RATIO * [0, 1, 2].map(size).into_iter().fold(0.0, f64::max)
     }
 
     fn check_learned(&self, learned: &Learned<T>) -> Result<()> {
@@ -120,7 +127,8 @@ impl<T: Real> RigParts<T> {
         finite("anchor_weights", learned.anchor_weights.as_slice())?;
         ratios("anchor_weights", learned.anchor_weights.as_slice())?;
         finite("feature_gains", learned.feature_gains.as_slice())?;
-        finite("example_weights", learned.example_weights.as_slice().as_flattened())?;
+        let example_weights = learned.example_weights.as_slice().as_flattened();
+        within("example_weights", example_weights, self.largest_weight())?;
         finite("variances", &learned.variances)
     }
 }
@@ -186,9 +194,17 @@ fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
 /// Larger numbers are those of no face. They overflow in float32 where they are multiplied.
 const LARGEST: f64 = 1e15;
 
+/// The largest part of the face's size by which a strain of 1, or a handle, can move a vertex. Those of real
+/// faces are below 100.
+const LARGEST_RATIO: f64 = 1e6;
+
 /// Whether all numbers are finite, and so small that frames can be computed.
 pub(crate) fn finite<T: Real>(name: &str, numbers: &[T]) -> Result<()> {
-    let Some(at) = first_beyond(numbers, LARGEST) else { return Ok(()) };
+    within(name, numbers, LARGEST)
+}
+
+fn within<T: Real>(name: &str, numbers: &[T], largest: f64) -> Result<()> {
+    let Some(at) = first_beyond(numbers, largest) else { return Ok(()) };
     let expected = if numbers[at].widen().is_finite() { "a smaller number" } else { "a finite number" };
     fail(format!("{name}[{at}] is {}, expected {expected}", shown(numbers[at].widen())))
 }

@@ -8,6 +8,7 @@ use rhytid_formats::animation::Format;
 use rhytid_formats::export::{AnimationReader, Summary};
 use rhytid_formats::export::{Frame, HeadMotion};
 use rhytid_kernels::vec3;
+use std::cell::LazyCell;
 
 /// The most that two conforming devices differ by in a position, by rounding, as a part of the face's
 /// diagonal.
@@ -117,11 +118,10 @@ pub fn verify(
     let total = summary.frames as u64;
     progress.report("verify", 0, total);
     playback.play(selection, &performance.recipe, progress, |fresh| {
-        let thin = compared.iter().any(Compared::goes_by_shapes);
-        let thin = if thin { heights(&performance.rig, fresh.positions().as_chunks().0) } else { Vec::new() };
+        let heights = LazyCell::new(|| heights(&performance.rig, fresh.positions().as_chunks().0));
         for compared in &mut compared {
             reader.channel(&compared.difference.channel, done, &mut buffer)?;
-            compared.frame(done, &buffer, fresh, &thin, &limits);
+            compared.frame(done, &buffer, fresh, &|v| heights[v], &limits);
         }
         if let Some(extent) = reader.extent(done)? {
             reader.positions(done, &mut buffer)?;
@@ -291,13 +291,16 @@ impl Compared {
         Self { difference, squares: 0.0, count: 0, stated, asked, at_asked: f64::NAN, first: Vec::new() }
     }
 
-    /// Whether its tolerance asks for the heights of triangles.
-    fn goes_by_shapes(&self) -> bool {
-        matches!(self.difference.channel.tolerance, Tolerance::Shape { .. } | Tolerance::PrincipalAxis { .. })
-    }
-
-    /// `heights` is the result of [`heights`] where the tolerance of any channel depends on shapes.
-    fn frame(&mut self, frame: usize, found: &[f32], fresh: &Frame<'_>, heights: &[f64], limits: &Limits) {
+    /// `height` is a number of [`heights`]. It is asked for where a difference is within the limit only if its
+    /// triangles are thin.
+    fn frame(
+        &mut self,
+        frame: usize,
+        found: &[f32],
+        fresh: &Frame<'_>,
+        height: &dyn Fn(usize) -> f64,
+        limits: &Limits,
+    ) {
         let channel = &self.difference.channel;
         let Some(expected) = fresh.get(channel) else { return };
         let is_normal = channel.name == channel::NORMALS.name;
@@ -306,7 +309,7 @@ impl Compared {
         let strains = fresh.get(&channel::STRAIN).unwrap_or_default();
         // Fitted channels follow the fitted positions.
         let moved = if limits.fitted { limits.allowed } else { limits.devices };
-        let thin = |v: usize| heights.get(v).map_or(f64::INFINITY, |h| OF_THIN * moved / h);
+        let of_thin = |v: usize| OF_THIN * moved / height(v);
         let of_normals = if is_normal && !limits.fitted && limits.is_stated { OF_INTEGERS } else { 0.0 };
         if is_normal && limits.is_stated && self.first.is_empty() {
             self.first = expected.to_vec();
@@ -325,15 +328,20 @@ impl Compared {
             let length = pairs().map(turn).map(|x| x * x).sum::<f32>().sqrt();
             Some(pairs().map(turn).map(|x| x / length).collect::<Vec<f32>>())
         };
-        let allowed = |v: usize| match channel.tolerance {
+        let within = |v: usize, thin: f64| match channel.tolerance {
             Tolerance::Position => limits.allowed,
             Tolerance::Velocity => 2.0 * limits.allowed * limits.rate,
-            Tolerance::Shape { within } => within + of_normals + self.stated + thin(v),
+            Tolerance::Shape { within } => within + of_normals + self.stated + thin,
             Tolerance::PrincipalAxis { within } => {
                 let apart = strains.get(2 * v..2 * v + 2).map_or(0.0, |e| f64::from(e[0] - e[1]));
-                (within + thin(v)) / apart.max(0.0)
+                (within + thin) / apart.max(0.0)
             }
             Tolerance::FromMarkers { of_largest } => of_largest * largest + self.stated + 1e-6,
+        };
+        let is_by_shapes =
+            matches!(channel.tolerance, Tolerance::Shape { .. } | Tolerance::PrincipalAxis { .. });
+        let is_allowed = |v: usize, distance: f64| {
+            distance <= within(v, 0.0) || is_by_shapes && distance <= within(v, of_thin(v))
         };
         let width = channel.width;
         let values = found.chunks_exact(width).zip(expected.chunks_exact(width));
@@ -347,19 +355,17 @@ impl Compared {
             let distance =
                 if is_axis { off(expected, 1.0).min(off(expected, -1.0)) } else { off(expected, 1.0) };
             let length = |x: &[f32]| x.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
-            let allowed = match () {
-                () if is_any(v, expected) && (length(found) - 1.0).abs() < OF_LENGTH => f64::INFINITY,
-                () if clamped(v, expected).is_some_and(|clamped| off(&clamped, 1.0) < allowed(v)) => {
-                    f64::INFINITY
-                }
+            let is_right = match () {
+                () if is_any(v, expected) && (length(found) - 1.0).abs() < OF_LENGTH => true,
+                () if clamped(v, expected).is_some_and(|clamped| is_allowed(v, off(&clamped, 1.0))) => true,
                 // Where both strains are the same, each direction is right, but it is still one.
-                () if is_axis && (length(found) - length(expected)).abs() > OF_LENGTH => 0.0,
-                () => allowed(v),
+                () if is_axis && (length(found) - length(expected)).abs() > OF_LENGTH => distance == 0.0,
+                () => is_allowed(v, distance),
             };
             if self.asked == Some((frame, v)) {
                 self.at_asked = distance;
             }
-            if distance > allowed || distance.is_nan() {
+            if !is_right || distance.is_nan() {
                 beyond += 1;
                 first_beyond = first_beyond.or(Some((frame, v)));
             }

@@ -103,6 +103,20 @@ fn numbers_that_are_not_finite() {
     }
 }
 
+/// Frames of such weights take seconds, and their numbers mean nothing.
+#[test]
+fn weights_of_a_million_faces() {
+    for tensor in ["basis", "rbf_weights", "example_weights"] {
+        refused_after(
+            |header, data| {
+                let at = offset(header, tensor);
+                data[at..at + 4].copy_from_slice(&1e9_f32.to_le_bytes());
+            },
+            &[tensor, "is 1e9, expected a smaller number"],
+        );
+    }
+}
+
 #[test]
 fn a_tensor_that_is_not_there() {
     refused_after(
