@@ -92,9 +92,9 @@ impl<T: Real> RigParts<T> {
 
     /// The largest weight of an example that can be right, in mesh units.
     fn largest_weight(&self) -> f64 {
-        let coordinates = |c: usize| self.surface.rest.iter().map(move |x| x[c].widen());
-        let size = |c| coordinates(c).fold(f64::MIN, f64::max) - coordinates(c).fold(f64::MAX, f64::min);
-        LARGEST_RATIO * [0, 1, 2].map(size).into_iter().fold(0.0, f64::max)
+        let coordinates = self.surface.rest.as_flattened().iter();
+        let farthest = coordinates.fold(0.0_f64, |most, x| most.max(x.widen().abs()));
+        if farthest > 0.0 { LARGEST_WEIGHT * farthest } else { LARGEST }
     }
 
     fn check_learned(&self, learned: &Learned<T>) -> Result<()> {
@@ -194,9 +194,12 @@ fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
 /// Larger numbers are those of no face. They overflow in float32 where they are multiplied.
 const LARGEST: f64 = 1e15;
 
-/// The largest part of the face's size by which a strain of 1, or a handle, can move a vertex. Those of real
-/// faces are below 100.
+/// The most that a vertex can move where a handle moves by 1. In the basis of a face it is about 1.
 const LARGEST_RATIO: f64 = 1e6;
+
+/// The largest weight of an example, as a part of the face's size. Weights of a face are up to 1e6 where
+/// hardly any strain tells its examples apart.
+const LARGEST_WEIGHT: f64 = 1e9;
 
 /// Whether all numbers are finite, and so small that frames can be computed.
 pub(crate) fn finite<T: Real>(name: &str, numbers: &[T]) -> Result<()> {
