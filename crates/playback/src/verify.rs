@@ -291,8 +291,8 @@ impl Compared {
         Self { difference, squares: 0.0, count: 0, stated, asked, at_asked: f64::NAN, first: Vec::new() }
     }
 
-    /// `height` is a number of [`heights`]. It is asked for where a difference is within the limit only if its
-    /// triangles are thin.
+    /// `height` is a number of [`heights`]. It is asked for where a difference is within the limit only if
+    /// its triangles are thin.
     fn frame(
         &mut self,
         frame: usize,

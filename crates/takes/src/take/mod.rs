@@ -22,8 +22,8 @@ pub use stream::TakeStream;
 ///
 /// With `wanted` (distinct labels, such as a rig's handles), the take has these labels in this order. One
 /// warning names everything else in the file. Without `wanted`, the take has all labels in the order of the
-/// header. The take has confidences if a marker has a column of confidences that are not all 1. A last row that
-/// was cut short is left out with a warning.
+/// header. The take has confidences if a marker has a column of confidences that are not all 1. A last row
+/// that was cut short is left out with a warning.
 ///
 /// # Errors
 /// [`Error::Input`] in these cases; [`Error::Io`].
