@@ -166,19 +166,6 @@ fn mistakes_in_a_frame_are_named_by_frame_and_line() {
     }
 }
 
-/// As a recording is whose disk was full, or whose machine lost its power.
-#[test]
-fn a_last_row_that_was_cut_short_is_left_out() {
-    let whole = format!("{HEADER}0,1,2,3,4,5,6\n1,1,2,3,4,5,6\n");
-    let expected = take(&whole, Missing::Error).unwrap();
-    for cut in ["2", "2,1,2", "2,1,2,3,4,-"] {
-        assert_eq!(take(&format!("{whole}{cut}"), Missing::Error).unwrap(), expected, "{cut:?}");
-    }
-    // A file needs no line break at its end.
-    assert_eq!(take(&format!("{whole}2,1,2,3,4,5,6"), Missing::Error).unwrap().frames(), 3);
-    assert!(sentence(take(&format!("{HEADER}0,1,2"), Missing::Error)).contains("has no frames"));
-}
-
 #[test]
 fn gaps_are_held_and_leading_gaps_take_the_first_sighting() {
     // `brow` is missing in frames 0, 1 and 3 to 4; a marker is missing as a whole if one cell is.

@@ -80,33 +80,13 @@ impl<'a> Rows<'a> {
         if !self.advance()? {
             return Ok(false);
         }
-        self.has_all_cells()?;
-        Ok(true)
-    }
-
-    fn has_all_cells(&self) -> Result<()> {
-        if self.row.len() == self.header.len() {
-            return Ok(());
+        if self.row.len() != self.header.len() {
+            return Err(self.error(&format!(
+                "the row's number of cells is {}, expected {} as in the header; the file may be cut short",
+                self.row.len(),
+                self.header.len()
+            )));
         }
-        Err(self.error(&format!(
-            "the row's number of cells is {}, expected {} as in the header; the file may be cut short",
-            self.row.len(),
-            self.header.len()
-        )))
-    }
-
-    /// As [`Rows::next`]. If the file's last row was cut short while it was written, it is left out with a
-    /// warning.
-    pub(crate) fn next_whole(&mut self) -> Result<bool> {
-        if !self.advance()? {
-            return Ok(false);
-        }
-        let is_last = self.reader.position().byte() as usize >= self.bytes.len();
-        if self.row.len() < self.header.len() && is_last && !self.bytes.ends_with(b"\n") {
-            log::warn!("{}: the file is cut short in its last row, which is left out", self.name);
-            return Ok(false);
-        }
-        self.has_all_cells()?;
         Ok(true)
     }
 

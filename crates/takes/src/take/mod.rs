@@ -22,8 +22,7 @@ pub use stream::TakeStream;
 ///
 /// With `wanted` (distinct labels, such as a rig's handles), the take has these labels in this order. One
 /// warning names everything else in the file. Without `wanted`, the take has all labels in the order of the
-/// header. The take has confidences if a marker has a column of confidences that are not all 1. A last row
-/// that was cut short is left out with a warning.
+/// header. The take has confidences if a marker has a column of confidences that are not all 1.
 ///
 /// # Errors
 /// [`Error::Input`] in these cases; [`Error::Io`].
@@ -51,7 +50,7 @@ pub fn decode(bytes: &[u8], name: &str, wanted: Option<&[String]>, missing: Miss
     let confidence = columns.confidence.iter().any(Option::is_some).then(Vec::new);
     let mut take = Take { labels: columns.labels, head, confidence, ..Take::default() };
     let mut last_seen = vec![None; m];
-    while rows.next_whole()? {
+    while rows.next()? {
         let frame = take.times.len();
         let time = read_time(&rows, columns.time, frame, take.times.last().copied())?;
         for (j, last) in last_seen.iter_mut().enumerate() {
