@@ -1,5 +1,5 @@
-//! Any frames, recorded as they come, are a sound take at every moment. A file that was cut short is a take of
-//! the frames before, or an error.
+//! Any frames, recorded as they come, are a sound take at every moment. A file that was cut short is a take
+//! of the frames before, or an error.
 #![no_main]
 use libfuzzer_sys::arbitrary::{self, Arbitrary};
 use libfuzzer_sys::fuzz_target;

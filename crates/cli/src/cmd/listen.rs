@@ -62,14 +62,22 @@ impl Kept {
         )
     }
 
-    /// Writes the recording elsewhere if its folder has vanished.
-    fn keep(&mut self, take: &Take) -> Result<()> {
-        if self.path.exists() {
+    /// Writes the recording elsewhere if its folder has vanished, or if its file has only a part of it. The
+    /// part stays until the whole is written.
+    fn keep(&mut self, take: &Take, is_whole: bool) -> Result<()> {
+        if is_whole && self.path.exists() {
             return Ok(());
         }
-        let name = self.path.file_name().unwrap_or_default();
-        self.path = free(&std::env::temp_dir().join(name));
-        take::write(&self.path, take)
+        let elsewhere = free(&std::env::temp_dir().join(self.path.file_name().unwrap_or_default()));
+        if let Err(error) = take::write(&elsewhere, take) {
+            if self.path.exists() {
+                log::warn!("{}: has the recording's first frames", self.path.display());
+            }
+            return Err(error);
+        }
+        self.remove();
+        self.path = elsewhere;
+        Ok(())
     }
 }
 
@@ -141,9 +149,9 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
         record(&mut receiver, &rig.handles().labels, frames, patience, &ended, &mut seen, ui)
     });
     ui.clear();
+    let is_whole = fault.is_none();
     if let Some(error) = fault {
         log::warn!("{error}: the recording goes on in memory alone");
-        kept.remove();
     }
     let recording = recorded.inspect_err(|_| kept.remove())?;
     if recording.unseen.len() == rig.handles().labels.len() {
@@ -155,7 +163,7 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
             args.rig.display()
         )));
     }
-    kept.keep(&recording.take)?;
+    kept.keep(&recording.take, is_whole)?;
     if let Some(path) = &args.live.record {
         take::write(path, &recording.take).inspect_err(|_| ui.line(&format!("note: {}", kept.advice())))?;
         kept.remove();
