@@ -26,6 +26,7 @@ mod blendshapes;
 pub mod coverage;
 mod errors;
 mod evaluation;
+mod mixtures;
 mod noise;
 mod regions;
 mod strain_curves;

@@ -1,14 +1,16 @@
 //! Compares a rig with the truth, and with other methods that use the same examples.
 
 use crate::Regions;
-use crate::blendshapes::{Blendshapes, Weights};
+use crate::blendshapes::Weights;
 use crate::errors::{Errors, Sum, distances};
+use crate::mixtures::Mixtures;
 use rayon::prelude::*;
 use rhytid_core::{
-    DeviceInfo, Error, Example, Face, LearnedSettings, Method, NoProgress, Progress, Result, Rig, Table, Take,
+    DeviceInfo, Error, Face, LearnedSettings, Method, NoProgress, Progress, Result, Rig, Table, Take,
 };
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::sequence::Sequence;
+use rhytid_kernels::vec3;
 use rhytid_playback::Playback;
 use rhytid_solve::{Smoothing, solve};
 use serde::Serialize;
@@ -55,7 +57,8 @@ impl Truth {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Comparison {
     /// `learned`, `chapter`, `shell`, `blendshapes` (weights from 0 to 1), `components` (any weights: all
-    /// principal components of the examples).
+    /// principal components of the examples), `components+shell` (the same, and what it leaves of the markers
+    /// by the shell).
     pub method: &'static str,
     /// Over all vertices.
     #[serde(flatten)]
@@ -107,33 +110,29 @@ pub(crate) fn compare(
             playback.evaluate(&handles, stage, false, progress, |positions, _| each(positions))
         })?);
     }
-    let offsets = |at: &dyn Fn(usize) -> [f64; 3], rest: &dyn Fn(usize) -> [f64; 3], n: usize| -> Vec<f64> {
-        (0..n).flat_map(|i| [0, 1, 2].map(|c| at(i)[c] - rest(i)[c])).collect()
-    };
-    let h = rig.handles().vertices.len();
-    let rest_handle = |i: usize| rig.surface().rest[rig.handles().vertices[i].index()];
-    let at_markers = |example: &Example| {
-        offsets(&|i| example.positions[rig.handles().vertices[i].index()], &rest_handle, h)
-    };
-    let shapes = Blendshapes::new(face.examples.iter().map(at_markers).collect());
+    let mixtures = Mixtures::new(face, rig);
+    let markers = handles.as_chunks().0;
     for (name, weights) in [("blendshapes", Weights::ZeroToOne), ("components", Weights::Any)] {
-        found.push(against.compare(name, |each| {
-            for frame in handles.as_chunks::<3>().0.chunks(h) {
-                let w = shapes.fit(&offsets(&|i| frame[i].map(f64::from), &rest_handle, h), weights)?;
-                let position = |(v, rest): (usize, &[f64; 3])| {
-                    let mut x = *rest;
-                    for (w, example) in w.iter().zip(&face.examples) {
-                        (0..3).for_each(|c| x[c] += w * (example.positions[v][c] - rest[c]));
-                    }
-                    x.map(|x| x as f32)
-                };
-                let positions: Vec<[f32; 3]> =
-                    rig.surface().rest.par_iter().enumerate().map(position).collect();
-                each(positions.as_flattened())?;
-            }
-            Ok(())
-        })?);
+        let fits = mixtures.fit(markers, weights)?;
+        found.push(
+            against.compare(name, |each| fits.iter().try_for_each(|fit| each(&mixtures.positions(fit))))?,
+        );
     }
+    let fits = mixtures.fit(markers, Weights::Any)?;
+    let left = mixtures.left(markers, &fits);
+    let mut playback = Playback::new(&shell, devices, truth.frames.len())?;
+    found.push(against.compare("components+shell", |each| {
+        let mut fits = fits.iter();
+        playback.evaluate(&left, OutputStage::Shell, false, progress, |positions, _| {
+            let fit = fits.next().ok_or_else(|| Error::Internal("more frames than were asked for".into()))?;
+            let mixed = |(v, x): (usize, &[f32; 3])| {
+                vec3::add(x.map(f64::from), mixtures.displacement(fit, v)).map(|x| x as f32)
+            };
+            let mixed: Vec<[f32; 3]> =
+                positions.as_chunks::<3>().0.par_iter().enumerate().map(mixed).collect();
+            each(mixed.as_flattened())
+        })
+    })?);
     Ok(found)
 }
 

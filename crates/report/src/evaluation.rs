@@ -52,7 +52,8 @@ fn page(found: &Evaluation, maps: &[Map], rig: &Rig, painter: Option<&Painter>) 
                 h2 { "Distance from the truth" }
                 p { "The tables cover all frames of the truth. “learned” and “chapter” are the rig by either method. “shell” is the thin "
                     "shell alone, which no example influences. “blendshapes” mixes the examples with weights from 0 to 1, and “components” "
-                    "mixes their principal components with any weights. The wrinkle band is the RMS error without its smooth part." }
+                    "mixes their principal components with any weights. “components+shell” adds the shell, moved by what that leaves of "
+                    "the markers. The wrinkle band is the RMS error without its smooth part." }
                 (methods(comparisons))
                 (method_regions(comparisons))
                 (truth)

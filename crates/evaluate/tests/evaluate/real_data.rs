@@ -90,6 +90,11 @@ fn every_method_is_as_far_from_the_truth_as_others_have_found_it() {
     for other in ["chapter", "shell", "blendshapes", "components"] {
         assert!(comparison(&comparisons, other).errors.rms_mm > 2.5 * learned.rms_mm, "{other}");
     }
+    // The shell meets the markers that any mixture leaves.
+    assert!(
+        comparison(&comparisons, "components+shell").errors.rms_mm
+            < comparison(&comparisons, "components").errors.rms_mm
+    );
     // Any weights meet the markers better than weights from 0 to 1.
     assert!(
         comparison(&comparisons, "components").errors.rms_mm
@@ -104,7 +109,7 @@ fn every_method_is_as_far_from_the_truth_as_others_have_found_it() {
     // 0.1 mm per axis is 0.17 mm long.
     assert!((0.1..0.2).contains(&found.noise.errors.rms_mm), "{}", found.noise.errors.rms_mm);
     assert!(found.noise.errors.worst_mm < 0.8, "{}", found.noise.errors.worst_mm);
-    assert_eq!(maps.len(), 1 + 8 + 1 + 5);
+    assert_eq!(maps.len(), 1 + 8 + 1 + 6);
     assert!(
         maps.iter().all(|map| map.values.len() == rig.vertices() && map.values.iter().all(|x| x.is_finite()))
     );
