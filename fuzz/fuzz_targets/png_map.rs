@@ -1,10 +1,14 @@
 //! Any bytes as the PNG of a displacement map, and of a normal map, move a mesh by sound numbers, or give an
 //! error. The memory that a map takes is bounded, however large its header says that it is.
 #![no_main]
-use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
+use mutation::mutate;
 use rhytid_core::{Error, Mesh, Result};
 use rhytid_formats::mesh::{DisplacementMap, Format, NormalMap, NormalMapConvention, decode};
 use std::sync::OnceLock;
+
+#[path = "mutation/mod.rs"]
+mod mutation;
 
 const SQUARE: &[u8] =
     b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
@@ -37,13 +41,7 @@ fn sound(mesh: Result<Mesh>) {
 // Changes what a part of the file holds, and mends its length and checksum. Most of these files get past the
 // parts' checks, which plain bytes hardly do.
 fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
-    match changed(&data[..size], seed as usize).filter(|file| file.len() <= max_size) {
-        Some(file) => {
-            data[..file.len()].copy_from_slice(&file);
-            file.len()
-        }
-        None => fuzzer_mutate(data, size, max_size),
-    }
+    mutation::replace(changed(&data[..size], seed as usize), data, size, max_size)
 });
 
 fn changed(file: &[u8], seed: usize) -> Option<Vec<u8>> {
@@ -81,12 +79,4 @@ fn changed(file: &[u8], seed: usize) -> Option<Vec<u8>> {
         file.extend(sum.to_be_bytes());
     }
     Some(file)
-}
-
-/// Changes `bytes`. Their number may grow by a few.
-fn mutate(bytes: &mut Vec<u8>) {
-    let size = bytes.len();
-    bytes.resize(size + 16, 0);
-    let size = fuzzer_mutate(bytes, size, size + 16);
-    bytes.truncate(size);
 }

@@ -1,9 +1,13 @@
 //! A rig file with one changed tensor: other values, another shape, another name, or missing. Such files get
 //! past the header, which plain bytes hardly do.
 #![no_main]
-use libfuzzer_sys::{fuzz_mutator, fuzz_target, fuzzer_mutate};
+use libfuzzer_sys::{fuzz_mutator, fuzz_target};
+use mutation::mutate;
 use rhytid_core::{Error, Rig, rig_file};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView, serialize};
+
+#[path = "mutation/mod.rs"]
+mod mutation;
 
 fuzz_target!(|bytes: &[u8]| match rig_file::decode(bytes, "fuzz") {
     Ok(rig) => drop(Rig::new(rig.into_parts()).expect("a rig that was read is sound")),
@@ -12,13 +16,7 @@ fuzz_target!(|bytes: &[u8]| match rig_file::decode(bytes, "fuzz") {
 });
 
 fuzz_mutator!(|data: &mut [u8], size: usize, max_size: usize, seed: u32| {
-    match changed(&data[..size], seed as usize).filter(|file| file.len() <= max_size) {
-        Some(file) => {
-            data[..file.len()].copy_from_slice(&file);
-            file.len()
-        }
-        None => fuzzer_mutate(data, size, max_size),
-    }
+    mutation::replace(changed(&data[..size], seed as usize), data, size, max_size)
 });
 
 /// The file with one tensor changed, or the metadata.
@@ -66,12 +64,4 @@ fn changed(file: &[u8], seed: usize) -> Option<Vec<u8>> {
         .map(|(name, dtype, shape, bytes)| Some((name, TensorView::new(*dtype, shape.clone(), bytes).ok()?)))
         .collect();
     serialize(views?, Some(metadata)).ok()
-}
-
-/// Changes `bytes`. Their number may grow by a few.
-fn mutate(bytes: &mut Vec<u8>) {
-    let size = bytes.len();
-    bytes.resize(size + 16, 0);
-    let size = fuzzer_mutate(bytes, size, size + 16);
-    bytes.truncate(size);
 }
