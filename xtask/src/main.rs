@@ -1,6 +1,6 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench`
+//! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench | heads`
 #![forbid(unsafe_code)]
 
 mod bench;
@@ -8,6 +8,7 @@ mod check;
 mod debian;
 mod deny;
 mod fuzz;
+mod heads;
 mod kernels;
 mod library;
 mod package;
@@ -61,6 +62,8 @@ enum Chore {
     },
     /// Time Rhytid beside the same computation in other languages.
     Bench(bench::Bench),
+    /// Measure how far rigs are from the truth, on heads of different makers.
+    Heads(heads::Heads),
 }
 
 fn main() -> ExitCode {
@@ -75,6 +78,7 @@ fn main() -> ExitCode {
         Chore::Deny => deny::deny(),
         Chore::Fuzz { seconds, hours } => fuzz::fuzz(seconds, hours),
         Chore::Bench(options) => bench::bench(&options),
+        Chore::Heads(options) => heads::heads(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -32,6 +32,12 @@ pub(crate) fn peers() -> Result<PathBuf> {
     Ok(PEERS.python())
 }
 
+/// Makes the environment that has NumPy if it is missing. Returns its Python.
+pub(crate) fn numpy() -> Result<PathBuf> {
+    ENVIRONMENTS[0].make()?;
+    Ok(ENVIRONMENTS[0].python())
+}
+
 /// Makes each environment of the tests that is missing or has other packages than its file lists.
 pub(crate) fn python_packages() -> Result {
     ENVIRONMENTS.iter().try_for_each(Environment::make)

