@@ -2,7 +2,8 @@
 use rhytid_core::{HandleId, Rig, Stage, StrainEdgeId, Table, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{
-    Real, bands, detail, differences, fine_scale, large_scale, normals, strain, vec3, vector_differences,
+    Real, bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vec3,
+    vector_differences,
 };
 
 /// Every stage of a batch, as the reference computes them.
@@ -138,6 +139,14 @@ fn add_bands<T: Real>(
     let displacements: Vec<[T; 3]> =
         handle_positions.iter().zip(rest).map(|(p, rest)| vec3::sub(*p, *rest)).collect();
     let mut table = vec![T::ZERO; frames * differences::table_len(features, centers)];
+    let feature_lengths: Vec<T> = rig.handles().feature_lengths().iter().map(|&l| T::round_from(l)).collect();
+    let (example_vectors, feature_limits) = (rig.example_vectors(), rig.feature_limits());
+    let of_frame = vector_differences::Buffers {
+        strain_edges: rig.handles().edge_numbers(),
+        feature_lengths: &feature_lengths,
+        example_vectors: example_vectors.as_slice(),
+        feature_limits: &feature_limits,
+    };
     vector_differences::vector_differences(
         vector_differences::Params {
             frames: frames as u32,
@@ -146,17 +155,7 @@ fn add_bands<T: Real>(
             centers: centers as u32,
         },
         &displacements,
-        &vector_differences::Buffers {
-            strain_edges: rig.handles().edge_numbers(),
-            feature_lengths: &rig
-                .handles()
-                .feature_lengths()
-                .iter()
-                .map(|&l| T::round_from(l))
-                .collect::<Vec<_>>(),
-            example_vectors: rig.example_vectors().as_slice(),
-            feature_bounds: rig.feature_bounds().as_slice(),
-        },
+        &of_frame,
         &mut table,
     );
     let example_weights = rig.half_example_weights();
@@ -176,6 +175,28 @@ fn add_bands<T: Real>(
         offsets,
         details,
     );
+    if rig.limits_basis() {
+        let of_vertices = (0..rig.vertices()).flat_map(|v| rig.influences_of(v));
+        let frames_of = |u: &[[T; 3]]| {
+            (0..features).map(|e| vector_differences::vector_excess(&of_frame, u, e)).collect::<Vec<_>>()
+        };
+        beyond::beyond(
+            beyond::Params {
+                frames: frames as u32,
+                vertices: rig.vertices() as u32,
+                first_vertex: 0,
+                part_vertices: rig.vertices() as u32,
+                features: features as u32,
+            },
+            &displacements.chunks_exact(handles).flat_map(frames_of).collect::<Vec<_>>(),
+            &beyond::Buffers {
+                influences: learned.feature_gains.columns(),
+                features: &of_vertices.map(|(e, _)| e as u32).collect::<Vec<_>>(),
+                gains: learned.feature_gains.as_slice(),
+            },
+            offsets,
+        );
+    }
 }
 
 /// The result of the kernel `differences` for a batch's features.

@@ -218,11 +218,19 @@ impl Recipe {
         let a = ANCHORS.min(handles);
         let anchors = (0..vertices).flat_map(|_| numbers.some_below(handles, a)).map(HandleId).collect();
         let mut weights = |_| if numbers.below(3) == 0 { 0.0 } else { numbers.unit() as f32 };
-        let anchor_weights = (0..vertices * a).map(&mut weights).collect();
+        let anchor_weights: Vec<f32> = (0..vertices * a).map(&mut weights).collect();
         // One rig has only wrinkles beyond its basis.
         let share = if examples == 3 { 0.0 } else { 0.2 };
         let columns = if share > 0.0 { examples } else { 0 };
         let example_weights = (0..vertices * columns).map(|_| unit(vector(numbers, 2.0))).collect();
+        // A feature without a weight has no gain.
+        let mut gain = |weight: f32| if weight == 0.0 { 0.0 } else { (self.unit * numbers.unit()) as f32 };
+        let of_vertex = |v: usize| {
+            let weights = parts.influences.weights.row(v).iter().chain(&anchor_weights[v * a..][..a]);
+            weights.map(|weight| gain(*weight)).collect::<Vec<f32>>()
+        };
+        let gains: Vec<f32> = (0..vertices).flat_map(of_vertex).collect();
+        let feature_gains = Table::new(vertices, parts.influences.per_vertex() + a, gains);
         parts.learned = Some(Learned {
             share,
             ridge: 1e-2,
@@ -237,8 +245,7 @@ impl Recipe {
             reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
             anchors: Table::new(vertices, a, anchors),
             anchor_weights: Table::new(vertices, a, anchor_weights),
-            // The basis contains it: no kernel reads it.
-            feature_gains: Table::filled(vertices, parts.influences.per_vertex() + a, 0.0),
+            feature_gains,
             example_weights: Table::new(vertices, columns, example_weights),
             variances: vec![0.0; vertices],
         });

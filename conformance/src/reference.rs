@@ -161,6 +161,7 @@ fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let squares = distances.squares(frame, v);
         let (c, a) = (half.row(v), constants.row(v)[0]);
+        let beyond = distances.beyond(frame, v);
         std::array::from_fn(|axis| {
             let (mut value, mut bound) = (a[axis], roundings * a[axis].abs() + TINY);
             for (c, square) in c.iter().zip(&squares[1..]) {
@@ -172,7 +173,10 @@ fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
                     + (c.abs() + 1.0) * TINY
                     + kept;
             }
-            Expected { value, bound }
+            // A device may take it back from the position, too.
+            let x = rig.surface().rest[v][axis].abs() + value.abs() + bound;
+            let taken = if beyond[axis].bound > 0.0 { beyond[axis].bound + gamma(2.0) * x } else { 0.0 };
+            Expected { value: value - beyond[axis].value, bound: bound + taken }
         })
     }))
 }

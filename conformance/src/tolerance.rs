@@ -65,9 +65,12 @@ pub fn large_scale(handles: usize) -> f64 {
 pub const TURN: f64 = 5.0;
 
 /// A vector strain, relative to `(|u₁| + |u₂|) / l`: the displacement, the difference of two, the division,
-/// and the length. The host rounds the length by half a unit. Bounds and the examples' vector strains are
-/// rounded in the same way.
+/// and the length. The host rounds the length by half a unit, and the examples' vector strains in the same
+/// way.
 pub const VECTOR_STRAIN: f64 = ONE + ONE + DIVIDE + 0.5;
+/// A vector strain that is limited, relative to its components: its length, the host's limit, the division,
+/// and the product.
+pub const LIMITED: f64 = (ONE + 2.0 * ONE) / 2.0 + ROOT + ROUNDED + DIVIDE + ONE;
 /// A number that the host rounds once, to nearest.
 pub const ROUNDED: f64 = 0.5;
 
@@ -84,6 +87,11 @@ pub fn squared_distance(features: usize) -> f64 {
 /// Relative to the sum of the sizes of a and `(c/2) (S_0 − S_p)`, or of b and `w (r_p − r_0)`.
 pub fn bands(examples: usize) -> f64 {
     examples as f64 + 2.0
+}
+
+/// `beyond`, relative to the sum of the sizes of the products: the product, K + A sums, the subtraction.
+pub fn beyond(features: usize) -> f64 {
+    features as f64 + 2.0
 }
 
 /// A distance of `bands`, relative to itself, beyond the error of its square.

@@ -70,7 +70,7 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
         println!("{candidate:?}");
     }
     let chosen = report.candidates[0];
-    assert_eq!((chosen.share, chosen.ridge), (1.0, 1e-2));
+    assert_eq!((chosen.share, chosen.ridge, chosen.reach), (0.3, 1e-4, 1.5));
 
     let rest: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
     let at_rest = evaluate(&rig, &rest).positions;
@@ -89,16 +89,18 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
 
     let (rms, worst) = off_the_truth(&shared, &rig);
     println!("RMS to the truth {rms:.3} mm, worst {worst:.2} mm");
-    assert!(rms <= 0.185 && worst < 4.5, "{rms} mm, worst {worst} mm");
+    assert!(rms <= 0.16 && worst < 4.2, "{rms} mm, worst {worst} mm");
+    // What the independent implementation chooses.
     let as_documented = LearnedSettings {
-        reach: f64::INFINITY,
+        share: Some(0.2),
+        ridge: Some(1e-2),
+        fade: false,
+        reach: Some(f64::INFINITY),
         wrinkle_strains: WrinkleStrains::Lengths,
         ..LearnedSettings::default()
     };
     let settings = Settings { method: Method::Learned(as_documented), ..Settings::default() };
-    let Solved { rig, report, .. } = solve_in_full(&Face { settings, ..face }, false, &NoProgress).unwrap();
-    let chosen = report.candidates[0];
-    assert_eq!((chosen.share, chosen.ridge), (0.2, 1e-2), "what the independent implementation chooses");
+    let rig = solve(&Face { settings, ..face }, &NoProgress).unwrap();
     let (rms, worst) = off_the_truth(&shared, &rig);
     println!("without a bound {rms:.3} mm, worst {worst:.2} mm");
     assert!(rms < 0.18 && worst < 4.5, "{rms} mm, worst {worst} mm");

@@ -69,7 +69,7 @@ fn noise_of_the_markers_stays_noise() {
     });
     let rms = (squares / (frames * rig.vertices()) as f64).sqrt();
     println!("0.1 mm of noise: RMS {rms:.3} mm, worst {worst:.2} mm in {frames} frames");
-    assert!(rms <= 0.17 && worst <= 0.8, "RMS {rms} mm, worst {worst} mm");
+    assert!(rms <= 0.17 && worst <= 1.1, "RMS {rms} mm, worst {worst} mm");
 }
 
 #[test]

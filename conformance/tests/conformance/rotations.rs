@@ -135,17 +135,17 @@ fn an_unseen_capture_is_no_nearer() {
         }
         found[1]
     });
-    assert!((found[0][0] - 0.182).abs() < 0.001, "{found:?}");
+    assert!((found[0][0] - 0.157).abs() < 0.001, "{found:?}");
     assert!(found[1][0] > found[0][0] && found[1][0] < 0.25, "{found:?}");
 }
 
 /// Without the clamp the learned part goes into the basis, which also blends rotations.
 #[test]
 fn a_share_below_1_is_refused() {
-    for (share, reach) in [(Some(0.2), 1.0), (None, f64::INFINITY)] {
+    for reach in [None, Some(f64::INFINITY)] {
         let mut face = crate::support::random_face::random_face(1, 7, 8, 2, 0.1);
         face.settings.method =
-            Method::Learned(LearnedSettings { share, reach, ..LearnedSettings::default() });
+            Method::Learned(LearnedSettings { share: Some(0.2), reach, ..LearnedSettings::default() });
         face.settings.rotations = true;
         let error = solve(&face, &NoProgress).unwrap_err().to_string();
         assert!(error.contains("rotations go with share = 1 alone"), "{error}");

@@ -43,7 +43,8 @@ pub(crate) fn face(case: &Value) -> Face {
         marker_noise: 10.0 * case["marker_noise"].as_f64().unwrap(),
         wrinkle_ridge: case["fold_ridge"].as_f64().unwrap(),
         // The cases continue linearly for any distance of a frame from their poses, and turn their wrinkles.
-        reach: f64::INFINITY,
+        reach: Some(f64::INFINITY),
+        fade: false,
         wrinkle_strains: WrinkleStrains::Lengths,
     });
     Face {

@@ -92,11 +92,13 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
 }
 
 /// Faces for both methods. The learned part must not depend on the size of the mesh or the order of its
-/// vertices. Therefore the share and the ridge are given, and there is no noise.
+/// vertices. Therefore nothing is chosen by a sample of vertices, and there is no noise.
 pub(crate) fn faces_for_both_methods() -> impl Strategy<Value = Face> {
     let learned = LearnedSettings {
         share: Some(0.2),
         ridge: Some(1e-2),
+        reach: Some(1.0),
+        fade: false,
         marker_noise: 0.0,
         ..LearnedSettings::default()
     };

@@ -1,5 +1,6 @@
 //! The fine detail that was learned from the examples. The squared distances of a frame's vector strains from
 //! those of the centres make the linear band, and the distances make the wrinkles.
+use crate::beyond::Excess;
 use crate::lanes::{Lanes, load3, splat3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
@@ -25,8 +26,8 @@ pub(crate) struct Bands {
     feature_lengths: Vec<f32>,
     /// P × (F + H).
     example_vectors: Vec<[f32; 3]>,
-    /// 2 × (F + H).
-    feature_bounds: Vec<[f32; 3]>,
+    /// F + H.
+    feature_limits: Vec<f32>,
     /// ν. The indices are those of features.
     anchors: TileWeights,
     /// c / 2, tiled, `[V/16][P][3][16]`.
@@ -44,11 +45,13 @@ enum ExampleWeights {
 
 /// The terms of the squared distances, in one frame or in a group of frames.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Terms<'a, C> {
+pub(crate) struct Terms<'a, C, T> {
     /// α.
     pub influences: &'a TileWeights,
     /// The squared differences of the vector strains.
     pub table: &'a CellTable<C>,
+    /// What is taken back, where anything is.
+    pub excess: Option<&'a Excess<'a, T>>,
 }
 
 impl Bands {
@@ -67,7 +70,7 @@ impl Bands {
             strain_edges: rig.handles().edge_numbers().to_vec(),
             feature_lengths: rig.handles().feature_lengths().iter().map(|&length| length as f32).collect(),
             example_vectors: rig.example_vectors().into_vec(),
-            feature_bounds: rig.feature_bounds().into_vec(),
+            feature_limits: rig.feature_limits(),
             anchors: TileWeights::new(
                 rig.vertices(),
                 learned.anchors.map(|h| rig.handles().strain_edges.len() as u32 + h.0).as_slice(),
@@ -101,17 +104,28 @@ impl Bands {
         let [handles, strain_edges, centers] =
             [self.handles, self.strain_edges.len(), self.centers].map(|n| n as u32);
         let params = vector_differences::Params { frames: 1, handles, strain_edges, centers };
-        let buffers = vector_differences::Buffers {
-            strain_edges: &self.strain_edges,
-            feature_lengths: &self.feature_lengths,
-            example_vectors: &self.example_vectors,
-            feature_bounds: &self.feature_bounds,
-        };
-        vector_differences::vector_differences(params, u, &buffers, cells.as_flattened_mut());
+        vector_differences::vector_differences(params, u, &self.buffers(), cells.as_flattened_mut());
         CellTable { rows, cells }
     }
 
-    /// The same for frames × H displacements of at most [`GROUP`] frames, `[N/4][F + H][4][16]`. Numbers past
+    fn buffers(&self) -> vector_differences::Buffers<'_, f32> {
+        vector_differences::Buffers {
+            strain_edges: &self.strain_edges,
+            feature_lengths: &self.feature_lengths,
+            example_vectors: &self.example_vectors,
+            feature_limits: &self.feature_limits,
+        }
+    }
+
+    /// What is not followed of each feature of one frame, F + H; `None` where everything is.
+    pub(crate) fn excess(&self, u: &[[f32; 3]]) -> Option<Vec<[f32; 3]>> {
+        let buffers = self.buffers();
+        let excess = (0..self.rows()).map(|e| vector_differences::vector_excess(&buffers, u, e));
+        let excess: Vec<[f32; 3]> = excess.collect();
+        excess.iter().any(|d| *d != [0.0; 3]).then_some(excess)
+    }
+
+    /// The table of frames × H displacements of at most [`GROUP`] frames, `[N/4][F + H][4][16]`. Numbers past
     /// N are 0.
     pub(crate) fn group_table(&self, u: &[[f32; 3]]) -> CellTable<GroupCells> {
         let rows = self.rows();
@@ -162,7 +176,7 @@ impl Bands {
         simd: S,
         tile: usize,
         stage: Stage,
-        Terms { influences, table }: Terms<'_, FrameCells>,
+        Terms { influences, table, excess }: Terms<'_, FrameCells, f32>,
         scratch: &mut Scratch,
         out: &mut [[f32; 3]],
     ) {
@@ -173,7 +187,10 @@ impl Bands {
             influences.frame(simd, tile, register, table, None, squares);
             self.anchors.frame(simd, tile, register, table, Some(EDGES_SHARE as f32), squares);
             let vectors = weights.map(|weights| move |j: usize| load3(simd, &weights[j], register));
-            let [offset, detail] = self.sums(simd, register, squares, vectors);
+            let [mut offset, detail] = self.sums(simd, register, squares, vectors);
+            if let Some(excess) = excess {
+                offset = vec3::sub(offset, excess.of_tile(simd, tile, register));
+            }
             store3(offset, &mut offsets, register);
             store3(detail, &mut details, register);
         }
@@ -190,7 +207,7 @@ impl Bands {
         simd: S,
         first: usize,
         stage: Stage,
-        Terms { influences, table }: Terms<'_, GroupCells>,
+        Terms { influences, table, excess }: Terms<'_, GroupCells, Line>,
         scratch: &mut Scratch,
         out: &mut [Line3],
     ) {
@@ -203,11 +220,15 @@ impl Bands {
                     influences.group(simd, v, register, table, None, squares);
                     self.anchors.group(simd, v, register, table, Some(EDGES_SHARE as f32), squares);
                     for (lane, (x, squares)) in out.iter_mut().zip(&*squares).enumerate() {
+                        let excess = excess.map(|excess| excess.of_vertex(simd, v + lane, register));
                         let lane = v % TILE + lane;
                         let vectors = weights.map(|weights| {
                             move |j: usize| splat3(simd, &weights[j].each_ref().map(|row| row.0[lane]))
                         });
-                        let [offset, detail] = self.sums(simd, register, squares, vectors);
+                        let [mut offset, detail] = self.sums(simd, register, squares, vectors);
+                        if let Some(excess) = excess {
+                            offset = vec3::sub(offset, excess);
+                        }
                         store3(finished(stage, load3(simd, x, register), offset, detail), x, register);
                     }
                 }

@@ -149,12 +149,14 @@ fn large_scale(
         }
     }
     let bands = rig.bands.as_ref().map(|bands| (bands, bands.group_table(inputs.displacements)));
+    let beyond = rig.beyond.as_ref().zip(rig.bands.as_ref());
+    let excess = beyond.and_then(|(beyond, bands)| beyond.group(bands, inputs.displacements, handles));
     let scratch = || (OfHandles::default(), bands.as_ref().map(|(bands, _)| bands.scratch()));
     let panels = out.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL)).enumerate();
     panels.for_each_init(scratch, |(of_basis, of_bands), (panel, (out, rest))| {
         of_handles(rig, panel, &by_handles, handles, rest, out, of_basis);
         if let (Some((bands, table)), Some(scratch)) = (&bands, of_bands) {
-            let terms = Terms { influences: &rig.influences, table };
+            let terms = Terms { influences: &rig.influences, table, excess: excess.as_ref() };
             rig.vectors.run(AddBands { bands, terms, scratch, first: panel * PANEL, stage, out });
         }
     });
@@ -271,7 +273,7 @@ fn interleave(vectors: &[Line3], mut frames: Vec<&mut [[f32; 3]]>) {
 /// A panel's bands.
 struct AddBands<'a> {
     bands: &'a Bands,
-    terms: Terms<'a, GroupCells>,
+    terms: Terms<'a, GroupCells, Line>,
     scratch: &'a mut bands::Scratch,
     first: usize,
     stage: Stage,

@@ -21,6 +21,7 @@
 #![forbid(unsafe_code)]
 
 mod bands;
+mod beyond;
 mod blocks;
 mod detail;
 mod device;

@@ -120,6 +120,8 @@ impl OneFrame {
 fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[f32; 3]], times: &Times) {
     let start = Instant::now();
     let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(inputs.displacements)));
+    let beyond = rig.beyond.as_ref().zip(rig.bands.as_ref());
+    let excess = beyond.and_then(|(beyond, bands)| beyond.frame(bands, inputs.displacements));
     let scratch = || (OfHandles::default(), bands.as_ref().map(|(bands, _)| bands.scratch()));
     let blocks = out.par_chunks_mut(rig.block).enumerate();
     blocks.for_each_init(scratch, |(of_basis, of_bands), (i, block)| {
@@ -127,7 +129,7 @@ fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[
             let first = i * rig.block + j * CHUNK;
             of_handles(rig, first, inputs, out, of_basis);
             if let (Some((bands, table)), Some(scratch)) = (&bands, &mut *of_bands) {
-                let terms = Terms { influences: &rig.influences, table };
+                let terms = Terms { influences: &rig.influences, table, excess: excess.as_ref() };
                 rig.vectors.run(AddBands { bands, terms, scratch, first, stage, out });
             }
         }
@@ -179,7 +181,7 @@ fn of_handles(
 /// A chunk's bands.
 struct AddBands<'a> {
     bands: &'a Bands,
-    terms: Terms<'a, FrameCells>,
+    terms: Terms<'a, FrameCells, f32>,
     scratch: &'a mut bands::Scratch,
     first: usize,
     stage: Stage,

@@ -71,7 +71,7 @@ impl TileWeights {
 
     /// A tile's indices, and a row of weights for each.
     #[inline(always)]
-    fn at(&self, tile: usize) -> (&[u32], &[Line]) {
+    pub(crate) fn at(&self, tile: usize) -> (&[u32], &[Line]) {
         let range = self.first[tile]..self.first[tile + 1];
         (&self.indices[range.clone()], &self.weights[range])
     }

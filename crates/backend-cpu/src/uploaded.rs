@@ -1,5 +1,6 @@
 //! An uploaded rig: in host memory, laid out for the processor.
 use crate::bands::Bands;
+use crate::beyond::Beyond;
 use crate::blocks::block_length;
 use crate::detail::Detail;
 use crate::large_scale::Basis;
@@ -35,6 +36,8 @@ pub(crate) struct UploadedRig {
     pub influences: TileWeights,
     /// `None` where nothing was learned beyond the basis.
     pub bands: Option<Bands>,
+    /// `None` where nothing in the basis is limited.
+    pub beyond: Option<Beyond>,
     /// `None` where the bands have the wrinkles.
     pub detail: Option<Detail>,
     /// Vertices of a block.
@@ -64,6 +67,7 @@ impl UploadedRig {
                 rig.influences().weights.as_slice(),
             ),
             bands: Bands::new(rig, storage),
+            beyond: Beyond::new(rig),
             detail: Detail::new(rig),
             block,
             meshes: BlockMesh::all(

@@ -2,6 +2,7 @@
 
 use crate::{Error, HandleId, Result, Rig, StrainEdgeId};
 use rhytid_kernels::vec3;
+use rhytid_kernels::vector_differences::limited;
 
 /// What drives one vertex in one frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -109,13 +110,8 @@ impl Rig {
     /// `vector_differences` and `bands` make.
     fn shares_of_vectors(&self, vertex: usize, handles: &[[f32; 3]]) -> (f64, Vec<ExampleShare>) {
         let features = self.handles().features();
-        let bounds = self.feature_bounds();
-        let (least, most) = (bounds.row(0), bounds.row(1));
-        let clamped = |(e, d): (usize, [f64; 3])| {
-            std::array::from_fn(|c| d[c].clamp(least[e][c].into(), most[e][c].into()))
-        };
-        let vectors = self.handles().vector_strains(handles).into_iter().enumerate();
-        let frame: Vec<[f64; 3]> = vectors.map(clamped).collect();
+        let vectors = self.handles().vector_strains(handles).into_iter().zip(self.feature_limits());
+        let frame: Vec<[f64; 3]> = vectors.map(|(d, limit)| limited(d, limit.into())).collect();
         let rest = vec![[0.0; 3]; features];
         let apart = |a: &[[f64; 3]], b: &[[f64; 3]]| {
             let square = |e: usize| {

@@ -99,9 +99,11 @@ pub struct LearnedSettings {
     pub wrinkle_ridge: f64,
     /// The standard deviation of a marker's noise per axis, 0 or more, in millimetres.
     pub marker_noise: f64,
-    /// How far the linear band follows a vector strain, 1 or more: a multiple of the largest value in the
-    /// examples. Each component has its own bound on each side. Infinite: no bound.
-    pub reach: f64,
+    /// How far a vector strain is followed, 1 or more: a multiple of its greatest length in the examples.
+    /// Infinite: no limit. `None` as for `share`.
+    pub reach: Option<f64>,
+    /// Whether the linear band is faded to the shell where left-out examples are hardly better with it.
+    pub fade: bool,
     /// The strains that wrinkles are functions of.
     pub wrinkle_strains: WrinkleStrains,
 }
@@ -120,7 +122,8 @@ impl Default for LearnedSettings {
             ridge: None,
             wrinkle_ridge: 1e-3,
             marker_noise: 0.05,
-            reach: 1.0,
+            reach: None,
+            fade: true,
             wrinkle_strains: WrinkleStrains::Vectors,
         }
     }

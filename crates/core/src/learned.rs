@@ -23,8 +23,8 @@ pub struct Learned<T: Real = f32> {
     pub wrinkle_ridge: f64,
     /// σ_m: the standard deviation of a marker's noise per axis, in mesh units.
     pub marker_noise: f64,
-    /// How far the components of a vector strain are followed, 1 or more: a multiple of the largest value in
-    /// the examples. Infinite where there is no bound.
+    /// How far a vector strain is followed, 1 or more: a multiple of its greatest length in an example.
+    /// Infinite where there is no limit.
     pub reach: f64,
     /// The strains that the wrinkles are functions of.
     pub wrinkle_strains: WrinkleStrains,
@@ -102,9 +102,20 @@ impl<T: Real> Rig<T> {
         !self.examples().is_empty() && self.learned().is_some_and(of_vectors)
     }
 
+    /// Whether the basis has a part that is followed only up to the rig's reach: ΔB, whose gains g are
+    /// [`Learned::feature_gains`].
+    pub fn limits_basis(&self) -> bool {
+        let is_limited = |learned: &Learned<T>| {
+            learned.reach.is_finite() && learned.feature_gains.as_slice().iter().any(|g| *g != T::ZERO)
+        };
+        self.learned().is_some_and(is_limited)
+    }
+
     /// What was learned in addition to the basis, if anything: a linear band, or wrinkles of vector strains.
     pub fn bands(&self) -> Option<&Learned<T>> {
-        let has_bands = |learned: &&Learned<T>| !learned.example_weights.is_empty() || self.vector_wrinkles();
+        let has_bands = |learned: &&Learned<T>| {
+            !learned.example_weights.is_empty() || self.vector_wrinkles() || self.limits_basis()
+        };
         self.learned().filter(has_bands)
     }
 
@@ -145,28 +156,23 @@ impl<T: Real> Rig<T> {
         Table::new(self.vertices(), 1 + self.centers(), rows.collect())
     }
 
-    /// The bounds within which vector strains are followed, 2×(F + H) ratios: the lower bounds, then the
-    /// upper ones. Each component has its own bounds: the smallest and the largest number of the examples and
-    /// 0, times the rig's reach. A number beyond its bound is replaced by the bound.
-    pub fn feature_bounds(&self) -> Table<[T; 3]> {
+    /// The lengths up to which vector strains are followed, F + H ratios: the greatest length in an example,
+    /// times the rig's reach. A longer one is followed in its direction up to that length.
+    pub fn feature_limits(&self) -> Vec<T> {
         let features = self.handles().features();
         let reach = self.learned().map_or(f64::INFINITY, |learned| learned.reach);
-        // Shaders have no infinity: their largest number means that there is no bound.
+        // Shaders have no infinity: their largest number means that there is no limit.
         let farthest = f64::from(f32::MAX);
-        let mut bounds = [vec![[0.0_f64; 3]; features], vec![[0.0_f64; 3]; features]];
-        let [least, most] = &mut bounds;
         if reach.is_infinite() {
-            least.fill([-farthest; 3]);
-            most.fill([farthest; 3]);
-        } else {
-            for example in self.exact_example_vectors().rows() {
-                for ((d, least), most) in example.iter().zip(least.iter_mut()).zip(most.iter_mut()) {
-                    *least = [0, 1, 2].map(|c| least[c].min(reach * d[c]).max(-farthest));
-                    *most = [0, 1, 2].map(|c| most[c].max(reach * d[c]).min(farthest));
-                }
+            return vec![T::round_from(farthest); features];
+        }
+        let mut limits = vec![0.0_f64; features];
+        for example in self.exact_example_vectors().rows() {
+            for (d, limit) in example.iter().zip(&mut limits) {
+                *limit = limit.max(reach * vec3::dot(*d, *d).sqrt()).min(farthest);
             }
         }
-        Table::new(2, features, bounds.concat()).map(|x| x.map(T::round_from))
+        limits.into_iter().map(T::round_from).collect()
     }
 
     /// What the large scale adds to each of the V vertices when `handle` moves by one mesh unit along `axis`

@@ -9,7 +9,7 @@ use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, WORKGROUP_SIZE};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
-    bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
 };
 use std::borrow::Cow;
 use std::ops::Range;
@@ -47,6 +47,8 @@ pub struct Plan {
     rotations: Option<Box<Rotations>>,
     /// The vertex that they turn about. 0 where they do not turn.
     center: u32,
+    /// Where a part of the basis is limited.
+    limits: Option<Box<Limits>>,
     parts: Vec<Range<usize>>,
     /// The first row of each tile's fans, and the end of the last ones.
     fan_offsets: Vec<u32>,
@@ -59,12 +61,55 @@ pub struct Plan {
     buffers: Vec<PlannedBuffer>,
 }
 
+/// What the host needs to say how far a frame's vector strains are beyond the rig's reach.
+#[derive(Debug, Clone)]
+struct Limits {
+    strain_edges: Vec<[u32; 2]>,
+    /// F + H.
+    feature_lengths: Vec<f32>,
+    /// F + H.
+    feature_limits: Vec<f32>,
+}
+
+impl Limits {
+    fn new(rig: &Rig) -> Self {
+        Self {
+            strain_edges: rig.handles().edge_numbers().to_vec(),
+            feature_lengths: rig.handles().feature_lengths().iter().map(|&length| length as f32).collect(),
+            feature_limits: rig.feature_limits(),
+        }
+    }
+
+    /// D − limited(D) of the F + H features of a frame of H displacements, four numbers each. The fourth of
+    /// the first is 1 if any feature is beyond.
+    fn excess(&self, u: &[[f32; 3]]) -> Vec<[f32; 4]> {
+        let buffers = vector_differences::Buffers {
+            strain_edges: &self.strain_edges,
+            feature_lengths: &self.feature_lengths,
+            example_vectors: &[],
+            feature_limits: &self.feature_limits,
+        };
+        let excess = |e: usize| {
+            let [x, y, z] = vector_differences::vector_excess(&buffers, u, e);
+            [x, y, z, 0.0]
+        };
+        let mut excess: Vec<[f32; 4]> = (0..self.feature_lengths.len()).map(excess).collect();
+        let is_beyond = excess.iter().any(|d| *d != [0.0; 4]);
+        if let Some(first) = excess.first_mut() {
+            first[3] = f32::from(u8::from(is_beyond));
+        }
+        excess
+    }
+}
+
 #[derive(Debug, Clone, Copy)]
 struct Sizes {
     vertices: usize,
     handles: usize,
     edges: usize,
     centers: usize,
+    /// Whether a part of the basis is followed only up to the rig's reach.
+    limits_basis: bool,
     /// Whether the rig has bands. `vector_wrinkles` tells whether the bands include the wrinkles.
     bands: bool,
     vector_wrinkles: bool,
@@ -164,6 +209,7 @@ impl Plan {
             handles: rig.handles().len(),
             edges: rig.handles().strain_edges.len(),
             centers: rig.centers(),
+            limits_basis: rig.limits_basis(),
             bands: rig.bands().is_some(),
             vector_wrinkles: rig.vector_wrinkles(),
             vectors: if rig.handles().rotations { MOTION } else { 1 },
@@ -198,6 +244,7 @@ impl Plan {
         });
         let frame_bytes = (sizes.vertices * 12)
             .max(sizes.vectors * sizes.handles * 16)
+            .max(if sizes.limits_basis { sizes.features() * 16 } else { 0 })
             .max(sizes.table_len() * 4)
             .max(sizes.vector_table_len() * 4);
         let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
@@ -217,6 +264,7 @@ impl Plan {
             handle_rest: rig.handles().rest.clone(),
             rotations,
             center,
+            limits: rig.limits_basis().then(|| Box::new(Limits::new(rig))),
             parts,
             fan_offsets,
             influence_offsets,
@@ -286,18 +334,20 @@ impl Plan {
             Buffer::InfluenceOffsets => (2 * tiles + 1) * 4,
             Buffer::FanOffsets => (tiles + 1) * 4,
             Buffer::Influences => rows(&self.influence_offsets, part, 2).len() * 4,
-            Buffer::InfluenceWeights => rows(&self.influence_offsets, part, 2).len() * ROW_BYTES,
+            Buffer::InfluenceWeights | Buffer::FeatureGains => {
+                rows(&self.influence_offsets, part, 2).len() * ROW_BYTES
+            }
             Buffer::RbfWeights => tiled * centers * 12,
             Buffer::Pivots => tiled * 4,
-            Buffer::FeatureLengths => self.sizes.features() * 4,
+            Buffer::FeatureLengths | Buffer::FeatureLimits => self.sizes.features() * 4,
             Buffer::ExampleVectors => (centers - 1) * self.sizes.features() * 12,
-            Buffer::FeatureBounds => 2 * self.sizes.features() * 12,
             Buffer::ExampleWeights => tiled * (centers - 1) * if self.fp16_basis { 6 } else { 12 },
             Buffer::WrinkleWeights => tiled * self.sizes.wrinkle_weights() * 12,
             Buffer::SquaredVectorDifferences => frames * self.sizes.vector_table_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
             Buffer::Displacements => frames * handles * 16,
+            Buffer::VectorExcess => frames * self.sizes.features() * 16,
             Buffer::Motions => frames * MOTION * handles * 16,
             Buffer::SquaredDifferences => frames * self.sizes.table_len() * 4,
             Buffer::Features => frames * edges * 4,
@@ -344,10 +394,11 @@ impl Plan {
 
     /// The bytes of all inputs of a frame.
     pub fn input_bytes(&self) -> usize {
-        let Sizes { handles, bands, vectors, .. } = self.sizes;
+        let Sizes { handles, bands, vectors, limits_basis, .. } = self.sizes;
         // Where the handles turn, the bands alone read displacements.
         let of_bands = usize::from(bands && self.rotations.is_some());
-        handles * (12 + 16 * (vectors + of_bands))
+        let excess = if limits_basis { self.sizes.features() } else { 0 };
+        handles * (12 + 16 * (vectors + of_bands)) + 16 * excess
     }
 
     /// What to run for a batch of `frames` frames, in this order. Dispatches of a stage [on
@@ -402,7 +453,7 @@ impl Plan {
 
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, centers, bands, vector_wrinkles, vectors } = self.sizes;
+        let Sizes { vertices, handles, edges, centers, bands, vector_wrinkles, vectors, .. } = self.sizes;
         let [vertices, handles, strain_edges, centers, features] =
             [vertices, handles, edges, centers, self.sizes.features()].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
@@ -421,6 +472,9 @@ impl Plan {
                 fp16: u32::from(self.fp16_basis),
                 wrinkles: u32::from(vector_wrinkles),
             }),
+            Kernel::Beyond => {
+                words(&beyond::Params { frames, vertices, first_vertex, part_vertices, features })
+            }
             Kernel::LargeScale => words(&large_scale::Params {
                 frames,
                 vertices,
@@ -468,8 +522,9 @@ impl Plan {
 
     /// What runs, one after the other.
     fn steps(&self) -> impl Iterator<Item = (Stage, Kernel)> {
-        let Sizes { bands, vector_wrinkles, .. } = self.sizes;
+        let Sizes { bands, vector_wrinkles, limits_basis, .. } = self.sizes;
         STEPS.into_iter().filter(move |(_, kernel)| match kernel {
+            Kernel::Beyond => limits_basis,
             Kernel::VectorDifferences | Kernel::Bands => bands,
             Kernel::Differences | Kernel::Detail => !vector_wrinkles,
             _ => true,
@@ -522,10 +577,11 @@ impl Sizes {
 }
 
 /// What can run, one after the other.
-const STEPS: [(Stage, Kernel); 9] = [
+const STEPS: [(Stage, Kernel); 10] = [
     (Stage::Strain, Kernel::Strain),
     (Stage::LargeScale, Kernel::VectorDifferences),
     (Stage::LargeScale, Kernel::Bands),
+    (Stage::LargeScale, Kernel::Beyond),
     (Stage::LargeScale, Kernel::LargeScale),
     (Stage::LargeScaleNormals, Kernel::Normals),
     (Stage::Detail, Kernel::Differences),

@@ -4,7 +4,8 @@ use crate::Regions;
 use crate::errors::{Errors, Sum};
 use crate::noise;
 use crate::truth::{Comparison, Truth, compare};
-use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
+use rhytid_core::{DeviceInfo, Face, HandleId, Progress, Result, Rig, Table};
+use rhytid_kernels::vec3;
 use rhytid_solve::{Solved, solve_in_full};
 use serde::Serialize;
 
@@ -33,8 +34,22 @@ pub struct LeaveOneOut {
     /// Over all examples; a frame is an example.
     #[serde(flatten)]
     pub all: Errors,
+    /// The RMS error of the shell alone, over all examples.
+    pub shell_rms_mm: f64,
     /// One by one.
     pub examples: Vec<LeftOut>,
+    /// Where the linear band is faded to the shell, the least kept first.
+    pub faded: Vec<Faded>,
+}
+
+/// A handle around which the linear band is faded to the shell, because left-out examples are predicted no
+/// better with it.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Faded {
+    /// Its label.
+    pub handle: String,
+    /// How much of the linear band is kept, 0..1.
+    pub kept: f64,
 }
 
 /// An example that is left out.
@@ -45,6 +60,8 @@ pub struct LeftOut {
     /// The error of the rig of the other examples.
     #[serde(flatten)]
     pub errors: Errors,
+    /// The RMS error of the shell alone.
+    pub shell_rms_mm: f64,
 }
 
 /// The answer to the noise of markers.
@@ -90,30 +107,35 @@ pub fn evaluate(
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<(Rig, Evaluation, Vec<Map>)> {
-    let Solved { rig, left_out, .. } = solve_in_full(face, true, progress)?;
+    let Solved { rig, left_out, report } = solve_in_full(face, true, progress)?;
     let rounded = rig.rounded()?;
     let (regions, truth) = inputs(&rounded)?;
     let millimetres = 1e3 * face.metres_per_unit;
     let mut maps = Vec::new();
     let leave_one_out = left_out.filter(|left_out| !left_out.errors.is_empty()).map(|left_out| {
         let sum = || Sum::weighted(&regions, left_out.skin_area.clone(), millimetres);
-        let mut all = sum();
+        let [mut all, mut all_of_shell] = [sum(), sum()];
         let mut of_examples = Vec::new();
         let mut of_example_maps = Vec::new();
         for (p, name) in rig.examples().names.iter().enumerate() {
-            let distances = || {
-                let of_example = left_out.errors.rows().map(move |errors| errors[p]);
-                of_example.map(|e| e.iter().map(|x| x * x).sum::<f64>().sqrt())
+            let distances = |of: &'_ Table<[f64; 3]>| -> Vec<f64> {
+                of.rows().map(|errors| vec3::length(errors[p])).collect()
             };
-            let mut one = sum();
-            one.add(distances());
-            all.add(distances());
+            let [mut one, mut shell] = [sum(), sum()];
+            one.add(distances(&left_out.errors).into_iter());
+            all.add(distances(&left_out.errors).into_iter());
+            shell.add(distances(&left_out.of_shell).into_iter());
+            all_of_shell.add(distances(&left_out.of_shell).into_iter());
             of_example_maps.push(Map {
                 subject: Subject::LeaveOneOut,
                 title: format!("without {name}"),
                 values: one.by_vertex(),
             });
-            of_examples.push(LeftOut { example: name.clone(), errors: one.finish() });
+            of_examples.push(LeftOut {
+                example: name.clone(),
+                errors: one.finish(),
+                shell_rms_mm: shell.finish().rms_mm,
+            });
         }
         maps.push(Map {
             subject: Subject::LeaveOneOut,
@@ -121,7 +143,14 @@ pub fn evaluate(
             values: all.by_vertex(),
         });
         maps.append(&mut of_example_maps);
-        LeaveOneOut { all: all.finish(), examples: of_examples }
+        let handle =
+            |(h, kept): (HandleId, f64)| Faded { handle: rig.handles().labels[h.index()].clone(), kept };
+        LeaveOneOut {
+            all: all.finish(),
+            shell_rms_mm: all_of_shell.finish().rms_mm,
+            examples: of_examples,
+            faded: report.faded().into_iter().map(handle).collect(),
+        }
     });
     let (errors, map) = noise::noise(&rounded, &regions, devices, progress)?;
     maps.push(Map {

@@ -34,7 +34,7 @@ mod truth;
 mod wrinkle_masks;
 
 pub use errors::{Errors, RegionError};
-pub use evaluation::{Evaluation, LeaveOneOut, LeftOut, Map, NoiseAnswer, Subject, evaluate};
+pub use evaluation::{Evaluation, Faded, LeaveOneOut, LeftOut, Map, NoiseAnswer, Subject, evaluate};
 pub use noise::NOISE_MM;
 pub use regions::Regions;
 pub use strain_curves::StrainCurves;

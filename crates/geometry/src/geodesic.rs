@@ -5,6 +5,7 @@ use crate::dijkstra::{Label, shortest_ways};
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{HandleId, VertexId};
+use rhytid_kernels::vec3;
 use std::cmp::Ordering;
 
 /// The edges of the rest mesh with their lengths.
@@ -130,14 +131,27 @@ pub fn ways(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &[[HandleId; 2
 /// 23 around a head.
 const MAX_WAY_RATIO: f64 = 5.0;
 
-/// Removes the pairs from `edges` whose way along the skin is more than five times the median way.
-pub fn drop_far_pairs(graph: &EdgeGraph<'_>, cells: &[Option<Cell>], edges: &mut Vec<[HandleId; 2]>) {
+/// A pair is dropped, too, if its way along the skin is more than so many times the straight line. Such a
+/// line goes across an opening: the lips or the lids.
+const MAX_DETOUR: f64 = 2.0;
+
+/// Removes the pairs from `edges` whose way along the skin is more than five times the median way, and those
+/// whose way is more than twice the straight line. `at` is where a handle is.
+pub fn drop_far_pairs(
+    graph: &EdgeGraph<'_>,
+    cells: &[Option<Cell>],
+    at: impl Fn(HandleId) -> [f64; 3],
+    edges: &mut Vec<[HandleId; 2]>,
+) {
     let ways = ways(graph, cells, edges);
     let mut sorted = ways.clone();
     sorted.sort_by(f64::total_cmp);
     let Some(median) = sorted.get(sorted.len() / 2) else { return };
     let mut ways = ways.iter();
-    edges.retain(|_| ways.next().is_some_and(|way| *way <= MAX_WAY_RATIO * median));
+    edges.retain(|&[a, b]| {
+        let straight = vec3::length(vec3::sub(at(b), at(a)));
+        ways.next().is_some_and(|way| *way <= MAX_WAY_RATIO * median && *way <= MAX_DETOUR * straight)
+    });
 }
 
 #[cfg(test)]
@@ -243,7 +257,7 @@ mod tests {
         assert_eq!(edges, [[0, 1], [0, 3], [1, 2], [2, 3]].map(|pair| pair.map(HandleId)));
         let ways = ways(&graph, &cells, &edges);
         assert!((ways[1] / ways[0] - 51.0 / 3.0).abs() < 0.5, "{ways:?}");
-        drop_far_pairs(&graph, &cells, &mut edges);
+        drop_far_pairs(&graph, &cells, |h| positions[handles[h.index()].index()], &mut edges);
         assert_eq!(edges, [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(HandleId)));
     }
 }

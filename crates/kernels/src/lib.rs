@@ -24,6 +24,7 @@
 //! ```
 
 pub mod bands;
+pub mod beyond;
 pub mod detail;
 pub mod differences;
 pub mod fine_scale;

@@ -1,5 +1,7 @@
 //! The one table that every language's kernels are checked against: `cargo xtask kernels --check`.
-use crate::{bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences};
+use crate::{
+    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+};
 
 /// Invocations in a workgroup, along x, of every kernel.
 pub const WORKGROUP_SIZE: u32 = 64;
@@ -84,6 +86,8 @@ pub enum Access {
     Read,
     /// It writes, each element at most once.
     Write,
+    /// It reads and writes, each element at most once and in one invocation.
+    ReadWrite,
 }
 
 const fn read(buffer: Buffer, element: Element) -> Binding {
@@ -96,6 +100,10 @@ const fn tiled(buffer: Buffer, element: Element) -> Binding {
 
 const fn write(buffer: Buffer) -> Binding {
     Binding { buffer, element: F32, access: Access::Write, tiled: false }
+}
+
+const fn change(buffer: Buffer) -> Binding {
+    Binding { buffer, element: F32, access: Access::ReadWrite, tiled: false }
 }
 
 /// Makes [`Buffer`]: each variant with its name in every language.
@@ -206,8 +214,10 @@ buffers! {
     FeatureLengths = feature_lengths,
     /// The vector strains of the examples.
     ExampleVectors = example_vectors,
-    /// The bounds within which vector strains are followed.
-    FeatureBounds = feature_bounds,
+    /// The lengths up to which vector strains are followed.
+    FeatureLimits = feature_limits,
+    /// g: what each vector strain does to each vertex by way of the basis.
+    FeatureGains = feature_gains,
     /// Half of c: what each example does to each vertex.
     ExampleWeights = example_weights,
     /// a, b and w: what is added to each vertex in every frame, and the weights of the examples' distances.
@@ -220,6 +230,8 @@ buffers! {
     HandlePositions = handle_positions,
     /// How far they are from rest.
     Displacements = displacements,
+    /// How much farther each frame's vector strains go than they are followed.
+    VectorExcess = vector_excess,
     /// How the handles move the surface where they turn. It is bound in the place of the displacements.
     Motions = motions,
     /// How far each frame's features are from the centres', squared.
@@ -266,7 +278,7 @@ kernels! {
             read(StrainEdges, U32),
             read(FeatureLengths, F32),
             read(ExampleVectors, F32),
-            read(FeatureBounds, F32),
+            read(FeatureLimits, F32),
             write(SquaredVectorDifferences),
         ],
     }
@@ -284,6 +296,19 @@ kernels! {
             tiled(WrinkleWeights, F32),
             write(BandOffsets),
             write(LocalDetail),
+        ],
+    }
+    /// Takes back what the basis does beyond the rig's reach.
+    Beyond = beyond {
+        each: Vertex,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(VectorExcess, F32x4),
+            read(InfluenceOffsets, U32),
+            read(Influences, U32),
+            read(FeatureGains, F32),
+            change(BandOffsets),
         ],
     }
     /// Displacements of the handles to smooth positions.

@@ -160,21 +160,27 @@ fn method_regions(comparisons: &[Comparison]) -> Markup {
 }
 
 fn examples(left_out: &LeaveOneOut) -> Markup {
-    let row = |name: &str, errors: &Errors| {
+    let row = |name: &str, errors: &Errors, shell: f64| {
         let worst = errors.regions.iter().take(NAMED);
         let worst: Vec<String> = worst.map(|r| format!("{} {}", r.region, mm(r.rms_mm))).collect();
         html! { tr {
-            th { (name) } td.number { (mm(errors.rms_mm)) } td.number { (mm(errors.p95_mm)) } td.number { (mm(errors.worst_mm)) }
-            td { (worst.join(", ")) }
+            th { (name) } td.number { (mm(errors.rms_mm)) } td.number { (mm(shell)) } td.number { (mm(errors.p95_mm)) }
+            td.number { (mm(errors.worst_mm)) } td { (worst.join(", ")) }
         } }
     };
     html! {
         table {
-            thead { tr { th { "left-out example" } th.number { "RMS" } th.number { "95 %" } th.number { "worst" } th { "worst regions" } } }
+            thead { tr { th { "left-out example" } th.number { "RMS" } th.number { "of the shell" } th.number { "95 %" } th.number { "worst" }
+                th { "worst regions" } } }
             tbody {
-                (row("any of them", &left_out.all))
-                @for example in &left_out.examples { (row(&example.example, &example.errors)) }
+                (row("any of them", &left_out.all, left_out.shell_rms_mm))
+                @for example in &left_out.examples { (row(&example.example, &example.errors, example.shell_rms_mm)) }
             }
+        }
+        @if !left_out.faded.is_empty() {
+            p { "Left-out examples are predicted no better than by the shell around these handles, so the linear band is faded there. "
+                "The list says how much of it is kept." }
+            ul.plain { @for faded in &left_out.faded { li { (faded.handle) ", " (format!("{:.0} %", 100.0 * faded.kept)) } } }
         }
         p { "All numbers are in millimetres." }
     }

@@ -74,6 +74,9 @@ pub fn default_bending_length(rest_lengths: &[f64]) -> Option<f64> {
     (mean > 0.0).then_some(mean)
 }
 
+/// Around a handle that keeps this much of the linear band, nothing is said to be faded.
+pub const WHOLE: f64 = 0.95;
+
 /// What the solve reports in addition to the rig.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolveReport {
@@ -84,8 +87,22 @@ pub struct SolveReport {
     /// The shares and ridges of the linear band that were tried, the chosen pair first. Empty with the
     /// chapter's method.
     pub candidates: Vec<Candidate>,
+    /// How much of the linear band is kept around each handle, H in 0..1: at 0 the shell is alone, because
+    /// left-out examples are predicted no better there with the band. Empty with the chapter's method.
+    pub kept: Vec<f64>,
     /// The parts without a handle, in the order of their lowest vertices. Empty with the chapter's method.
     pub parts: Vec<FreePart>,
+}
+
+impl SolveReport {
+    /// The handles around which less than [`WHOLE`] of the linear band is kept, with what is kept, the least
+    /// first.
+    pub fn faded(&self) -> Vec<(HandleId, f64)> {
+        let kept = self.kept.iter().enumerate().map(|(h, kept)| (HandleId::from_index(h), *kept));
+        let mut faded: Vec<_> = kept.filter(|(_, kept)| *kept < WHOLE).collect();
+        faded.sort_by(|a, b| a.1.total_cmp(&b.1));
+        faded
+    }
 }
 
 /// A solved face, with the report of the solve.
@@ -104,6 +121,8 @@ pub struct Solved {
 pub struct LeaveOneOut {
     /// The error at each vertex, V×P in mesh units.
     pub errors: Table<[f64; 3]>,
+    /// The error of the shell alone at each vertex, V×P in mesh units.
+    pub of_shell: Table<[f64; 3]>,
     /// The area of skin around each vertex, V in mesh units squared. 0 at handles, and in parts without a
     /// handle such as eyes and teeth. [`Candidate::leave_one_out`] has the mean over this area.
     pub skin_area: Vec<f64>,
@@ -142,14 +161,21 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
         Method::Learned(settings) => {
             let steps = learned::learn(&mut shell, face, settings, progress)?;
             report.candidates.push(steps.chosen);
-            let is_other =
-                |other: &&Candidate| (other.share, other.ridge) != (steps.chosen.share, steps.chosen.ridge);
+            let is_other = |other: &&Candidate| {
+                (other.share, other.ridge, other.reach)
+                    != (steps.chosen.share, steps.chosen.ridge, steps.chosen.reach)
+            };
             report.candidates.extend(steps.candidates.iter().filter(is_other));
             report.parts.clone_from(&steps.parts);
+            report.kept.clone_from(&steps.fade.of_handles);
             if leave_one_out {
                 let vertices: Vec<VertexId> = (0..shell.basis.height()).map(VertexId::from_index).collect();
                 let errors = steps.leave_one_out(&vertices)?;
-                left_out = Some(LeaveOneOut { errors, skin_area: learned::skin_area(&shell) });
+                left_out = Some(LeaveOneOut {
+                    errors,
+                    of_shell: steps.smooth_residual.clone(),
+                    skin_area: learned::skin_area(&shell),
+                });
             }
             steps.finish(&settings, &shell.handles)
         }
@@ -236,7 +262,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
             edges.retain(|&[a, b]| at(a) != at(b));
             // Rigs of the chapter's method keep all edges.
             if matches!(face.settings.method, Method::Learned(_)) {
-                geodesic::drop_far_pairs(&graph, &cells, &mut edges);
+                geodesic::drop_far_pairs(&graph, &cells, at, &mut edges);
             }
             edges
         }

@@ -50,7 +50,12 @@ fn unread(root: &Path, folder: &Path, all: &mut Vec<String>) {
 /// the name in order, in or out, tiled or not.
 pub(crate) fn readme(kernel: &Entry, text: &str) -> Vec<String> {
     let expected = kernel.bindings.iter().map(|binding| {
-        show(binding.buffer.name(), if binding.access == Access::Read { "in" } else { "out" }, binding.tiled)
+        let way = match binding.access {
+            Access::Read => "in",
+            Access::Write => "out",
+            Access::ReadWrite => "in and out",
+        };
+        show(binding.buffer.name(), way, binding.tiled)
     });
     let found = text.lines().filter_map(row);
     compare("row", &found.collect::<Vec<_>>(), &expected.collect::<Vec<_>>())

@@ -2,7 +2,7 @@
 use crate::reflected::Field;
 use bytemuck::Pod;
 use rhytid_kernels::{
-    bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
 };
 use std::fmt::Debug;
 
@@ -13,6 +13,7 @@ pub(crate) fn fields(kernel: &str) -> Option<Vec<Field>> {
         "large_scale" => fields_of::<large_scale::Params>(),
         "vector_differences" => fields_of::<vector_differences::Params>(),
         "bands" => fields_of::<bands::Params>(),
+        "beyond" => fields_of::<beyond::Params>(),
         "normals" => fields_of::<normals::Params>(),
         "differences" => fields_of::<differences::Params>(),
         "detail" => fields_of::<detail::Params>(),

@@ -111,7 +111,7 @@ pub(crate) fn differences(kernel: &Entry, language: Language, found: &Reflected)
         slot: language.slot(index),
         name: binding.buffer.name().into(),
         element: language.element(binding.element).into(),
-        access: access(binding.access),
+        access: access(binding.access, language),
     };
     let buffers: Vec<Buffer> = kernel.bindings.iter().enumerate().map(buffer).collect();
     let (slots, fields): (Vec<String>, Vec<&Vec<Field>>) =
@@ -147,9 +147,11 @@ pub(crate) fn parameters(kernel: &Entry) -> Vec<Field> {
     kernel.params.iter().enumerate().map(field).collect()
 }
 
-fn access(access: Access) -> &'static str {
-    match access {
-        Access::Read => "read",
-        Access::Write => "write",
+/// WGSL and OpenCL cannot say that a buffer is only written.
+fn access(access: Access, language: Language) -> &'static str {
+    match (access, language) {
+        (Access::Read, _) => "read",
+        (Access::ReadWrite, Language::Spirv) => "read and write",
+        (Access::Write | Access::ReadWrite, _) => "write",
     }
 }

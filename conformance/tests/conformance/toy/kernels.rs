@@ -4,7 +4,7 @@ use rhytid_core::plan::Dispatch;
 use rhytid_kernels::table::{Access, Kernel, WORKGROUP_SIZE};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
-    bands, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
 };
 use std::ops::Range;
 
@@ -66,7 +66,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 strain_edges: &words(1).as_chunks().0[..params.strain_edges as usize],
                 feature_lengths: &numbers(2)[..features],
                 example_vectors: vectors(3),
-                feature_bounds: vectors(4),
+                feature_limits: &numbers(4)[..features],
             };
             vector_differences::vector_differences(params, &displacements, &buffers, &mut all);
             for (i, cells) in all.chunks_exact(8).enumerate() {
@@ -125,6 +125,27 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                         details[v] = detail;
                     }
                 }
+            }
+        }
+        Kernel::Beyond => {
+            let mut params: beyond::Params = parameters(dispatch);
+            params.frames = params.frames.min(frames);
+            let (offsets, gains) = (words(1), numbers(3).as_chunks::<TILE>().0);
+            let features = params.features as usize;
+            let excess: Vec<[f32; 3]> = numbers(0).as_chunks::<4>().0[..params.frames as usize * features]
+                .iter()
+                .map(|&[x, y, z, _]| [x, y, z])
+                .collect();
+            for i in 0..params.part_vertices.min(invocations) {
+                let tile = i as usize / TILE;
+                let rows = offsets[2 * tile] as usize..offsets[2 * tile + 2] as usize;
+                let of_vertex: Vec<f32> =
+                    gains[rows.clone()].iter().map(|row| row[i as usize % TILE]).collect();
+                let buffers =
+                    beyond::Buffers { influences: rows.len(), features: &words(2)[rows], gains: &of_vertex };
+                let first_vertex = params.first_vertex + i;
+                let params = beyond::Params { first_vertex, part_vertices: 1, ..params };
+                beyond::beyond(params, &excess, &buffers, results.as_chunks_mut().0);
             }
         }
         Kernel::Normals => {

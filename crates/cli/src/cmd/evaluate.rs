@@ -5,7 +5,7 @@ use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::human;
-use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Regions, Truth};
+use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Faded, Regions, Truth};
 use rhytid::formats::sequence::Sequence;
 use rhytid::formats::{mesh, project, tables};
 use rhytid::{Face, Result, Rig};
@@ -77,13 +77,18 @@ fn text(face: &Face, found: &Evaluation) -> String {
         text += &format!("\n\n{}", table(header, rows));
     }
     if let Some(left_out) = &found.leave_one_out {
-        let header = ["left out", "RMS", "95 %", "99.9 %", "worst", "most in"];
-        let all = std::iter::once(("any of them", &left_out.all));
-        let each = left_out.examples.iter().map(|example| (example.example.as_str(), &example.errors));
-        let row = |(name, e): (&str, &Errors)| {
-            [name.into(), mm(e.rms_mm), mm(e.p95_mm), mm(e.p99_9_mm), mm(e.worst_mm), regions(e)]
+        let header = ["left out", "RMS", "of the shell", "95 %", "99.9 %", "worst", "most in"];
+        let row = |name: &str, e: &Errors, shell: f64| {
+            let numbers = [e.rms_mm, shell, e.p95_mm, e.p99_9_mm, e.worst_mm].map(mm);
+            let [rms, shell, p95, p99_9, worst] = numbers;
+            [name.into(), rms, shell, p95, p99_9, worst, regions(e)]
         };
-        text += &format!("\n\n{}", table(header, all.chain(each).map(row)));
+        let all = row("any of them", &left_out.all, left_out.shell_rms_mm);
+        let each = left_out.examples.iter().map(|e| row(&e.example, &e.errors, e.shell_rms_mm));
+        text += &format!("\n\n{}", table(header, std::iter::once(all).chain(each)));
+        if let Some(line) = faded_line(&left_out.faded) {
+            text += &format!("\n\n{line}");
+        }
     }
     let noise = &found.noise;
     text += &format!(
@@ -100,6 +105,23 @@ fn comparison(Comparison { method, errors: e, wrinkle_band_rms_mm }: &Comparison
     let numbers = [e.rms_mm, e.p95_mm, e.p99_9_mm, e.worst_mm, *wrinkle_band_rms_mm].map(mm);
     let [rms, p95, p99_9, worst, wrinkles] = numbers;
     [(*method).into(), rms, p95, p99_9, worst, wrinkles, regions(e)]
+}
+
+/// Where the linear band is faded to the shell, if anywhere.
+pub(super) fn faded_line(faded: &[Faded]) -> Option<String> {
+    let (first, more) = faded.split_at(faded.len().min(NAMED));
+    let named: Vec<String> =
+        first.iter().map(|f| format!("{} ({} % kept)", f.handle, (100.0 * f.kept).round())).collect();
+    let more = match more.len() {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    (!faded.is_empty()).then(|| {
+        format!(
+            "the linear band is faded to the shell around {}{more}: left-out examples are hardly better with it there",
+            named.join(", ")
+        )
+    })
 }
 
 /// The regions with the largest errors.

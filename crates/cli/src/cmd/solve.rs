@@ -10,6 +10,7 @@ use crate::remedy;
 use rhytid::core::AtomicFile;
 use rhytid::core::human;
 use rhytid::core::rig_file;
+use rhytid::evaluate::Faded;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
@@ -24,6 +25,9 @@ const COMPARED: usize = 200;
 
 /// A smaller motion, in metres, cannot be seen.
 const SEEN: f64 = 1e-4;
+
+/// How many other choices of what is learned are named, the best first.
+const CANDIDATES_NAMED: usize = 3;
 
 /// The number of parts without a handle that are named. A head has dozens, such as teeth and lashes.
 const PARTS_NAMED: usize = 8;
@@ -88,6 +92,8 @@ struct Summary<'a> {
     scans: Vec<ScanSummary<'a>>,
     /// The choice of share and ridge, the chosen pair first.
     candidates: Vec<CandidateSummary>,
+    /// Where the linear band is faded to the shell, the least kept first.
+    faded: Vec<Faded>,
     seconds: f64,
     steps: Vec<StepSummary>,
     peak_memory_bytes: Option<u64>,
@@ -106,7 +112,9 @@ struct ScanSummary<'a> {
 struct CandidateSummary {
     share: f64,
     ridge: f64,
-    /// Null with fewer than three examples.
+    /// Null where there is no limit.
+    reach: Option<f64>,
+    /// Null with a single example.
     left_out_mm: Option<f64>,
 }
 
@@ -129,6 +137,7 @@ impl<'a> Summary<'a> {
         let candidate = |candidate: &Candidate| CandidateSummary {
             share: candidate.share,
             ridge: candidate.ridge,
+            reach: Some(candidate.reach).filter(|reach| reach.is_finite()),
             left_out_mm: Some(candidate.leave_one_out * millimetres).filter(|x| x.is_finite()),
         };
         let finished = ui.finished();
@@ -147,6 +156,7 @@ impl<'a> Summary<'a> {
             parts_without_handle: solved.report.parts.len(),
             scans: solved.scans.iter().map(scan).collect(),
             candidates: solved.report.candidates.iter().map(candidate).collect(),
+            faded: faded(solved),
             seconds: solved.solving.as_secs_f64(),
             steps: finished.iter().map(step).collect(),
             peak_memory_bytes: memory::peak(),
@@ -211,7 +221,15 @@ fn quality(solved: &Solved) -> Vec<String> {
             short(millimetres * error)
         ));
     }
+    lines.extend(super::evaluate::faded_line(&faded(solved)));
     lines
+}
+
+/// Where the linear band is faded to the shell.
+fn faded(solved: &Solved) -> Vec<Faded> {
+    let labels = &solved.rig.handles().labels;
+    let faded = solved.report.faded().into_iter();
+    faded.map(|(h, kept)| Faded { handle: labels[h.index()].clone(), kept }).collect()
 }
 
 /// A length in millimetres with two digits.
@@ -360,7 +378,8 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
     }
     if let Some((chosen, others)) = report.candidates.split_first() {
         let named = |candidate: &Candidate| {
-            format!("share {}, ridge {}", human::number(candidate.share), human::number(candidate.ridge))
+            let numbers = [candidate.share, candidate.ridge, candidate.reach].map(human::number);
+            format!("share {}, ridge {}, reach {}", numbers[0], numbers[1], numbers[2])
         };
         let error = |candidate: &Candidate| {
             let millimetres = candidate.leave_one_out * metres_per_unit * 1e3;
@@ -370,7 +389,9 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
         if chosen.leave_one_out.is_finite() {
             line += &format!("; examples that are left out differ by {} RMS", error(chosen));
         }
-        for other in others {
+        let mut others: Vec<&Candidate> = others.iter().collect();
+        others.sort_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out));
+        for other in others.into_iter().take(CANDIDATES_NAMED) {
             line += &format!("; {}: {}", named(other), error(other));
         }
         lines.push(line);

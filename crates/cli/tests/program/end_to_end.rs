@@ -139,7 +139,7 @@ fn usda_points(usda: &str) -> Vec<Vec<[f64; 3]>> {
 fn methods() {
     let f = Fixture::new();
     let said = f.done("solve face.toml -o learned.safetensors -v");
-    assert!(said.contains("learned with share 1, ridge 0.01\n"), "{said}");
+    assert!(said.contains("learned with share 0.2, ridge 0.01, reach 1\n"), "{said}");
     let project = f.read_text("face.toml");
     f.write("above.toml", format!("method = \"chapter\"\n{project}"));
     f.write("below.toml", project.replace("[fine_scale]", "[fine_scale]\nmethod = \"chapter\""));

@@ -1,5 +1,5 @@
 //! The contents of the planned buffers: those of a rig once, those of a batch each time.
-use super::{Buffer, Input, Plan, PlannedBuffer, Role, Sizes, Slice};
+use super::{Buffer, Input, Limits, Plan, PlannedBuffer, Role, Sizes, Slice};
 use crate::{HandleFrames, HandleId, Rig, StrainEdgeId};
 use half::f16;
 use rayon::prelude::*;
@@ -39,6 +39,9 @@ impl Plan {
             Buffer::InfluenceWeights => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
             }
+            Buffer::FeatureGains => {
+                owned(&tiles(&part).flat_map_iter(|tile| gains_of(rig, tile)).collect::<Vec<_>>())
+            }
             Buffer::RbfWeights if self.zero_at_rest => {
                 owned(&tiled(rbf_weights.of_rows(part).as_flattened(), centers * 3))
             }
@@ -52,7 +55,7 @@ impl Plan {
                 owned(&rig.handles().feature_lengths().iter().map(|&l| l as f32).collect::<Vec<_>>())
             }
             Buffer::ExampleVectors => owned(rig.example_vectors().as_slice()),
-            Buffer::FeatureBounds => owned(rig.feature_bounds().as_slice()),
+            Buffer::FeatureLimits => owned(&rig.feature_limits()),
             Buffer::ExampleWeights => {
                 let examples = centers - 1;
                 self.stored(rig.half_example_weights().of_rows(part).as_flattened(), examples * 3)
@@ -65,6 +68,7 @@ impl Plan {
             }
             Buffer::HandlePositions
             | Buffer::Displacements
+            | Buffer::VectorExcess
             | Buffer::Motions
             | Buffer::SquaredDifferences
             | Buffer::SquaredVectorDifferences
@@ -108,6 +112,16 @@ impl Plan {
                 let moved = vectors.iter().zip(self.handle_rest.iter().cycle());
                 moved.flat_map(|(p, rest)| padded(vec3::sub(*p, *rest))).collect()
             };
+            let excess = || {
+                let moved = |frame: &[[f32; 3]]| {
+                    let moved = frame.iter().zip(&self.handle_rest);
+                    moved.map(|(p, rest)| vec3::sub(*p, *rest)).collect::<Vec<_>>()
+                };
+                let of_frame = |limits: &Limits| {
+                    vectors.chunks(handles).flat_map(|frame| limits.excess(&moved(frame))).flatten().collect()
+                };
+                self.limits.as_deref().map(of_frame).unwrap_or_default()
+            };
             let motions = || {
                 let motions = self.rotations.iter().flat_map(|rotations| rotations.motions(vectors));
                 motions.flat_map(padded).collect()
@@ -115,6 +129,7 @@ impl Plan {
             let numbers = [
                 (Buffer::HandlePositions, Cow::Borrowed(positions)),
                 (Buffer::Displacements, Cow::Owned(displacements())),
+                (Buffer::VectorExcess, Cow::Owned(excess())),
                 (Buffer::Motions, Cow::Owned(motions())),
             ];
             numbers.into_iter().filter_map(move |(buffer, numbers)| {
@@ -201,6 +216,22 @@ fn influences_of(rig: &Rig, tile: usize) -> (Vec<u32>, Vec<[f32; TILE]>) {
         weights.extend(of_anchors);
     }
     (indices, weights)
+}
+
+/// g of the tile's vertices, in the rows of [`influences_of`].
+fn gains_of(rig: &Rig, tile: usize) -> Vec<[f32; TILE]> {
+    let (influences, _) = influences_of(rig, tile);
+    let mut gains = vec![[0.0; TILE]; influences.len()];
+    let Some(learned) = rig.learned() else { return gains };
+    for v in tile * TILE..((tile + 1) * TILE).min(rig.vertices()) {
+        for ((feature, _), gain) in rig.influences_of(v).zip(learned.feature_gains.row(v)) {
+            // A feature without a weight has no gain.
+            if let Some(row) = influences.iter().position(|other| *other as usize == feature) {
+                gains[row][v % TILE] += gain;
+            }
+        }
+    }
+    gains
 }
 
 /// The fans of a tile's vertices side by side, each with its vertex behind it up to the longest.

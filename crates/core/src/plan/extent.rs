@@ -26,19 +26,22 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::PoseFeatures
         | Buffer::FeatureLengths
         | Buffer::ExampleVectors
-        | Buffer::FeatureBounds
+        | Buffer::FeatureLimits
         | Buffer::TangentNeighbors => Extent::Rig,
         Buffer::Basis
         | Buffer::InfluenceOffsets
         | Buffer::Influences
         | Buffer::InfluenceWeights
+        | Buffer::FeatureGains
         | Buffer::RbfWeights
         | Buffer::Pivots
         | Buffer::ExampleWeights
         | Buffer::WrinkleWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
-        Buffer::HandlePositions | Buffer::Displacements | Buffer::Motions => Extent::Input,
+        Buffer::HandlePositions | Buffer::Displacements | Buffer::VectorExcess | Buffer::Motions => {
+            Extent::Input
+        }
         Buffer::SquaredDifferences | Buffer::SquaredVectorDifferences | Buffer::BandOffsets => {
             Extent::Scratch
         }

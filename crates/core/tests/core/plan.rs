@@ -65,14 +65,17 @@ fn turning(rig: &Rig) -> Rig {
 fn an_ordinary_rig_is_one_part_and_one_slice() {
     let (vectors, lengths) = (rig(), of_lengths(rig()));
     let chapter = changed(&vectors, |r| r.learned = None).unwrap();
+    let without_limit = changed(&vectors, |r| r.learned.as_mut().unwrap().reach = f64::INFINITY).unwrap();
     let without_detail: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| *stage != Stage::Detail).collect();
     // Nothing is made for kernels that do not run: the bands in the chapter's method, and the detail where
     // the bands have the wrinkles.
     for (rig, kernels, buffers, in_order) in [
-        (vectors.clone(), 7, 26, &without_detail[..]),
-        (lengths, 9, 30, &Stage::ALL[..]),
+        (vectors.clone(), 8, 28, &without_detail[..]),
+        (lengths, 10, 32, &Stage::ALL[..]),
+        // Without a limit, nothing is taken back.
+        (without_limit, 7, 26, &without_detail[..]),
         // Where handles turn, only the bands read displacements.
-        (turning(&vectors), 7, 27, &without_detail[..]),
+        (turning(&vectors), 8, 29, &without_detail[..]),
         (turning(&chapter), 7, 23, &Stage::ALL[..]),
         (chapter, 7, 23, &Stage::ALL[..]),
     ] {
@@ -81,7 +84,7 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
         let dispatches = plan.dispatches(31);
         let mut stages: Vec<Stage> = dispatches.iter().map(|d| d.stage).collect();
         assert_eq!(stages.len(), kernels);
-        // Two kernels for the detail, and three for the large scale.
+        // Two kernels for the detail, and up to four for the large scale.
         stages.dedup();
         assert_eq!(stages, in_order);
         // Each kernel runs, and each buffer is planned, once.
@@ -130,7 +133,7 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                 assert!(covered.iter().all(|&n| n == 1), "{covered:?}");
                 let handles = rig.handles().vertices.len();
                 let positions: Vec<f32> = (0..frames * handles * 3).map(|i| i as f32).collect();
-                let mut written = [Vec::new(), Vec::new(), Vec::new()];
+                let mut written = [Vec::new(), Vec::new(), Vec::new(), Vec::new()];
                 let mut motions = Vec::new();
                 for input in plan.inputs(HandleFrames { positions: &positions, frames }) {
                     let buffer = &plan.buffers()[input.buffer];
@@ -138,10 +141,11 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                     let which = match buffer.buffer {
                         Buffer::HandlePositions => 0,
                         Buffer::Displacements => 1,
-                        _ => 2,
+                        Buffer::Motions => 2,
+                        _ => 3,
                     };
-                    if which == 2 {
-                        assert_eq!(buffer.buffer, Buffer::Motions);
+                    if which == 3 {
+                        assert_eq!(buffer.buffer, Buffer::VectorExcess);
                     }
                     written[which].extend_from_slice(&input.numbers);
                 }
@@ -150,6 +154,14 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                     motions = of_rig.vectors.into_iter().flat_map(|[x, y, z]| [x, y, z, 0.0]).collect();
                 }
                 assert_eq!(written[2], motions);
+                // Three numbers of each feature, and in the first one whether any is beyond.
+                let features = rig.handles().features();
+                assert_eq!(written[3].len(), frames * features * 4);
+                for of_frame in written[3].chunks_exact(4 * features) {
+                    let is_beyond = of_frame.chunks_exact(4).any(|d| d[..3].iter().any(|x| *x != 0.0));
+                    assert_eq!(of_frame[3] != 0.0, is_beyond);
+                    assert!(is_beyond, "handles far from rest are beyond the only example");
+                }
                 assert_eq!(written[0], positions);
                 for (i, u) in written[1].chunks_exact(4).enumerate() {
                     let rest = rig.surface().rest[rig.handles().vertices[i % handles].index()];

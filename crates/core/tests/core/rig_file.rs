@@ -229,7 +229,7 @@ fn any_reader_of_safetensors_finds_the_arrays() {
         "version": 5, "name": "sheet", "metres_per_unit": 0.01, "up_axis": "y", "method": "learned",
         "bending_length": RIG.bending_length(), "beta": RIG.influences().beta,
         "labels": ["a", "b", "c", "d", "e"], "examples": ["smile"], "materials": ["skin", "lips"],
-        "learned": {"share": 1.0, "ridge": 0.01, "wrinkle_ridge": 0.001, "marker_noise": 0.005, "reach": 1.0,
+        "learned": {"share": 0.2, "ridge": 0.01, "wrinkle_ridge": 0.001, "marker_noise": 0.005, "reach": 1.0,
             "wrinkle_strains": "vectors"},
     });
     assert_eq!(metadata, expected);

@@ -1,8 +1,11 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
-use rhytid_core::{DeviceInfo, Example, Face, Handles, Mesh, NoProgress, Settings, Take, UpAxis, VertexId};
+use rhytid_core::{
+    DeviceInfo, Example, Face, Handles, LearnedSettings, Mesh, Method, NoProgress, Settings, Take, UpAxis,
+    VertexId,
+};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_evaluate::coverage::{coverage, take_sigma};
-use rhytid_evaluate::{Comparison, Regions, Truth, evaluate};
+use rhytid_evaluate::{Comparison, LeaveOneOut, Regions, Truth, evaluate};
 use rhytid_formats::sequence::Sequence;
 use rhytid_formats::{mesh, tables, take};
 use rhytid_solve::solve;
@@ -79,7 +82,7 @@ fn every_method_is_as_far_from_the_truth_as_others_have_found_it() {
     let comparisons = found.truth.unwrap();
     assert_eq!(comparisons[0].method, "learned");
     // Others have 0.173 mm without a reach, which `conformance` compares with.
-    for (method, expected, tolerance) in [("learned", 0.182, 0.001), ("chapter", 0.500, 0.005)] {
+    for (method, expected, tolerance) in [("learned", 0.157, 0.001), ("chapter", 0.500, 0.005)] {
         let found = comparison(&comparisons, method);
         println!("{method}: {} mm, wrinkles {} mm", found.errors.rms_mm, found.wrinkle_band_rms_mm);
         assert!((found.errors.rms_mm - expected).abs() < tolerance, "{method}: {:?}", found.errors.rms_mm);
@@ -106,9 +109,11 @@ fn every_method_is_as_far_from_the_truth_as_others_have_found_it() {
     assert_eq!((left_out.examples.len(), &left_out.all.regions[0].region[..]), (8, "lips"));
     assert_eq!(learned.regions[0].region, "lips");
     assert!(left_out.all.rms_mm > learned.rms_mm, "pessimistic in level");
+    assert_no_worse_than_the_shell(&left_out);
+    assert!(left_out.all.rms_mm < 0.25 * left_out.shell_rms_mm && left_out.faded.is_empty());
     // 0.1 mm per axis is 0.17 mm long.
     assert!((0.1..0.2).contains(&found.noise.errors.rms_mm), "{}", found.noise.errors.rms_mm);
-    assert!(found.noise.errors.worst_mm < 0.8, "{}", found.noise.errors.worst_mm);
+    assert!(found.noise.errors.worst_mm < 1.0, "{}", found.noise.errors.worst_mm);
     assert_eq!(maps.len(), 1 + 8 + 1 + 6);
     assert!(
         maps.iter().all(|map| map.values.len() == rig.vertices() && map.values.iter().all(|x| x.is_finite()))
@@ -158,6 +163,14 @@ fn scans_that_markers_alone_choose_are_good_ones() {
     assert!(count == 94 * 9_409 && rms < 0.25, "{rms} mm");
 }
 
+fn assert_no_worse_than_the_shell(left_out: &LeaveOneOut) {
+    for example in &left_out.examples {
+        let (found, shell) = (example.errors.rms_mm, example.shell_rms_mm);
+        println!("without {}: {found:.3} mm, the shell {shell:.3} mm", example.example);
+        assert!(found <= 1.05 * shell, "{}: {found} mm, the shell {shell} mm", example.example);
+    }
+}
+
 /// Another topology, in another unit, that nothing was made with.
 #[test]
 fn an_evaluation_of_another_head_holds() {
@@ -170,6 +183,21 @@ fn an_evaluation_of_another_head_holds() {
         evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device(), &NoProgress).unwrap();
     let left_out = found.leave_one_out.unwrap();
     assert!(left_out.all.rms_mm > 0.0 && left_out.all.worst_mm < 50.0, "{:?}", left_out.all.worst_mm);
+    // Expressions of different muscles teach each other little.
+    assert_no_worse_than_the_shell(&left_out);
+    assert!(!left_out.faded.is_empty(), "somewhere the shell alone is as good");
+    let whole = Face {
+        settings: Settings {
+            method: Method::Learned(LearnedSettings { fade: false, ..LearnedSettings::default() }),
+            ..face.settings.clone()
+        },
+        ..face.clone()
+    };
+    let (_, whole, _) =
+        evaluate(&whole, |rig| Ok((Regions::by_handles(rig), None)), &device(), &NoProgress).unwrap();
+    let whole = whole.leave_one_out.unwrap();
+    let is_worse = whole.examples.iter().any(|e| e.errors.rms_mm > 1.05 * e.shell_rms_mm);
+    assert!(is_worse && whole.faded.is_empty(), "without the fade an example is worse than its shell");
     assert!(found.noise.errors.rms_mm < 0.3, "{}", found.noise.errors.rms_mm);
     assert!(maps.iter().all(|map| map.values.iter().all(|x| x.is_finite())));
     // Its own poses are not far; thrown to five times their displacements they are.

@@ -50,6 +50,7 @@ share = 0.5
 ridge = 1e-3
 wrinkle_ridge = 0.01
 reach = inf
+fade = false
 wrinkle_strains = "lengths"
 marker_noise = 0
 "#;
@@ -95,6 +96,7 @@ fn full() -> Project {
             wrinkle_ridge: Some(0.01),
             marker_noise: Some(0.0),
             reach: Some(f64::INFINITY),
+            fade: Some(false),
             wrinkle_strains: Some(WrinkleStrains::Lengths),
         },
     }

@@ -23,23 +23,34 @@ pub struct Buffers<'a, T> {
     pub feature_lengths: &'a [T],
     /// P × (F + H).
     pub example_vectors: &'a [[T; 3]],
-    /// 2 × (F + H).
-    pub feature_bounds: &'a [[T; 3]],
+    /// F + H, ratios.
+    pub feature_limits: &'a [T],
 }
 
-/// D of feature `e` of a frame, limited to its bounds, from the H displacements of the handles.
+/// A vector strain of its own direction, at most as long as `limit`.
+pub fn limited<T: Real>(d: [T; 3], limit: T) -> [T; 3] {
+    let size = vec3::dot(d, d).sqrt();
+    if size > limit { d.map(|x| x * (limit / size)) } else { d }
+}
+
+/// D of feature `e` of a frame, as far as it is followed, from the H displacements of the handles.
 pub fn vector_strain<T: Real>(buffers: &Buffers<'_, T>, u: &[[T; 3]], e: usize) -> [T; 3] {
-    let (edges, features) = (buffers.strain_edges.len(), buffers.feature_lengths.len());
+    limited(whole_vector_strain(buffers, u, e), buffers.feature_limits[e])
+}
+
+/// The part of D of feature `e` that is not followed.
+pub fn vector_excess<T: Real>(buffers: &Buffers<'_, T>, u: &[[T; 3]], e: usize) -> [T; 3] {
+    let d = whole_vector_strain(buffers, u, e);
+    vec3::sub(d, limited(d, buffers.feature_limits[e]))
+}
+
+fn whole_vector_strain<T: Real>(buffers: &Buffers<'_, T>, u: &[[T; 3]], e: usize) -> [T; 3] {
+    let edges = buffers.strain_edges.len();
     let moved = match buffers.strain_edges.get(e) {
         Some(&[a, b]) => vec3::sub(u[b as usize], u[a as usize]),
         None => u[e - edges],
     };
-    let (least, most) = (buffers.feature_bounds[e], buffers.feature_bounds[features + e]);
-    std::array::from_fn(|c| match moved[c] / buffers.feature_lengths[e] {
-        x if x < least[c] => least[c],
-        x if x > most[c] => most[c],
-        x => x,
-    })
+    moved.map(|x| x / buffers.feature_lengths[e])
 }
 
 /// The reference. `displacements` is frames × H.

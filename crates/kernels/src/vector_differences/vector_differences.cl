@@ -15,7 +15,7 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void vector_differences
     __global const uint *restrict strain_edges,
     __global const float *restrict feature_lengths,
     __global const float *restrict example_vectors,
-    __global const float *restrict feature_bounds,
+    __global const float *restrict feature_limits,
     __global float *restrict squared_vector_differences,
     const Params params)
 {
@@ -33,7 +33,11 @@ __kernel __attribute__((reqd_work_group_size(64, 1, 1))) void vector_differences
     } else {
         moved = displacement(displacements, first + i - params.strain_edges);
     }
-    float3 strain = clamp(moved / feature_lengths[i], vload3(i, feature_bounds), vload3(features + i, feature_bounds));
+    float3 strain = moved / feature_lengths[i];
+    float size = sqrt(strain.x * strain.x + strain.y * strain.y + strain.z * strain.z);
+    if (size > feature_limits[i]) {
+        strain *= feature_limits[i] / size;
+    }
     uint eights = (params.centers + 7) / 8;
     for (uint j = 0; j < 8 * eights; j++) {
         float3 away = (float3)(0.0f);

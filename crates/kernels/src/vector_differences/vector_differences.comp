@@ -12,15 +12,11 @@ layout(std430, binding = 0) readonly buffer Displacements { vec4 displacements[]
 layout(std430, binding = 1) readonly buffer StrainEdges { uint strain_edges[]; };
 layout(std430, binding = 2) readonly buffer FeatureLengths { float feature_lengths[]; };
 layout(std430, binding = 3) readonly buffer ExampleVectors { float example_vectors[]; };
-layout(std430, binding = 4) readonly buffer FeatureBounds { float feature_bounds[]; };
+layout(std430, binding = 4) readonly buffer FeatureLimits { float feature_limits[]; };
 layout(std430, binding = 5) writeonly buffer SquaredVectorDifferences { float squared_vector_differences[]; };
 
 vec3 displacement(uint i) {
     return displacements[i].xyz;
-}
-
-vec3 bound(uint i) {
-    return vec3(feature_bounds[3 * i], feature_bounds[3 * i + 1], feature_bounds[3 * i + 2]);
 }
 
 void main() {
@@ -37,7 +33,11 @@ void main() {
     } else {
         moved = displacement(first + i - params.strain_edges);
     }
-    vec3 strain = clamp(moved / feature_lengths[i], bound(i), bound(features + i));
+    vec3 strain = moved / feature_lengths[i];
+    float size = sqrt(strain.x * strain.x + strain.y * strain.y + strain.z * strain.z);
+    if (size > feature_limits[i]) {
+        strain *= feature_limits[i] / size;
+    }
     uint eights = (params.centers + 7) / 8;
     for (uint j = 0; j < 8 * eights; j++) {
         vec3 away = vec3(0.0);

@@ -10,16 +10,12 @@ struct Params {
 @group(0) @binding(1) var<storage, read> strain_edges: array<u32>;
 @group(0) @binding(2) var<storage, read> feature_lengths: array<f32>;
 @group(0) @binding(3) var<storage, read> example_vectors: array<f32>;
-@group(0) @binding(4) var<storage, read> feature_bounds: array<f32>;
+@group(0) @binding(4) var<storage, read> feature_limits: array<f32>;
 @group(0) @binding(5) var<storage, read_write> squared_vector_differences: array<f32>;
 @group(0) @binding(6) var<uniform> params: Params;
 
 fn displacement(i: u32) -> vec3f {
     return displacements[i].xyz;
-}
-
-fn bound(i: u32) -> vec3f {
-    return vec3f(feature_bounds[3 * i], feature_bounds[3 * i + 1], feature_bounds[3 * i + 2]);
 }
 
 @compute @workgroup_size(64)
@@ -37,7 +33,11 @@ fn vector_differences(@builtin(global_invocation_id) id: vec3u) {
     } else {
         moved = displacement(first + i - params.strain_edges);
     }
-    let strain = clamp(moved / feature_lengths[i], bound(i), bound(features + i));
+    var strain = moved / feature_lengths[i];
+    let size = sqrt(strain.x * strain.x + strain.y * strain.y + strain.z * strain.z);
+    if size > feature_limits[i] {
+        strain *= feature_limits[i] / size;
+    }
     let eights = (params.centers + 7) / 8;
     for (var j = 0u; j < 8 * eights; j++) {
         var away = vec3f(0.0);

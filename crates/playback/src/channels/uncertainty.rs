@@ -6,7 +6,7 @@ use rhytid_solve::{Confidence, EXTRAPOLATION};
 use std::collections::HashMap;
 
 /// Vertices whose confidence is computed.
-const SAMPLES: usize = 600;
+const SAMPLES: usize = 1200;
 
 /// The number of samples that a vertex's uncertainty is interpolated from.
 const NEAREST: usize = 4;
@@ -182,7 +182,7 @@ mod tests {
                 size_sigma += variance;
             }
         }
-        assert!(size > 0.0 && (off / size).sqrt() < 0.3, "{}", (off / size).sqrt());
-        assert!((off_sigma / size_sigma).sqrt() < 0.3, "{}", (off_sigma / size_sigma).sqrt());
+        assert!(size > 0.0 && (off / size).sqrt() < 0.4, "{}", (off / size).sqrt());
+        assert!((off_sigma / size_sigma).sqrt() < 0.4, "{}", (off_sigma / size_sigma).sqrt());
     }
 }

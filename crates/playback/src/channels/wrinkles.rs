@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use rhytid_core::{Error, InputErrorKind, Result, Rig, Table};
 use rhytid_formats::export::WrinkleGroups;
 use rhytid_kernels::vec3;
+use rhytid_kernels::vector_differences::limited;
 use std::sync::Arc;
 
 /// μ where the rig has none, as with the chapter's method.
@@ -99,13 +100,9 @@ impl Features {
                 rig.handles().strains(pose).into_iter().map(|strain| [strain.into(), 0.0, 0.0]).collect()
             }
             Self::Vectors => {
-                // The device clamps them to the same bounds.
-                let bounds = rig.feature_bounds();
-                let (least, most) = (bounds.row(0), bounds.row(1));
-                let clamped = |(e, d): (usize, [f64; 3])| {
-                    std::array::from_fn(|c| d[c].clamp(least[e][c].into(), most[e][c].into()))
-                };
-                rig.handles().vector_strains(pose).into_iter().enumerate().map(clamped).collect()
+                // The device follows them to the same length.
+                let vectors = rig.handles().vector_strains(pose).into_iter().zip(rig.feature_limits());
+                vectors.map(|(d, limit)| limited(d, limit.into())).collect()
             }
         }
     }

@@ -80,7 +80,7 @@ fn is_ridge(ridge: f64) -> bool {
 
 fn learned(section: &Section<'_>) -> Result<LearnedSection> {
     section.allow_with_former(
-        &["share", "ridge", "wrinkle_ridge", "marker_noise", "reach", "wrinkle_strains"],
+        &["share", "ridge", "wrinkle_ridge", "marker_noise", "reach", "fade", "wrinkle_strains"],
         &["fold_ridge", "fold_strains"],
     )?;
     let wrinkle_ridge = section.name_of("wrinkle_ridge", "fold_ridge")?;
@@ -104,6 +104,7 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
             Some(DeValue::Float(number)) if matches!(number.as_str(), "inf" | "+inf") => Some(f64::INFINITY),
             _ => number("reach", "a number from 1, inf for no bound", |reach| reach >= 1.0)?,
         },
+        fade: section.truth("fade")?,
         wrinkle_strains: match section.text(wrinkle_strains, "\"vectors\" or \"lengths\"")? {
             None => None,
             Some("vectors") => Some(WrinkleStrains::Vectors),

@@ -162,11 +162,14 @@ pub struct LearnedSection {
     /// The standard deviation of a marker's noise per axis in millimetres, 0 or more.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub marker_noise: Option<f64>,
-    /// The bound of a vector strain, as a multiple of its largest value in any example: 1 or more, and
-    /// infinite for no bound.
+    /// How far a vector strain is followed, as a multiple of its greatest length in any example: 1 or more,
+    /// and infinite for no limit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reach: Option<f64>,
-    /// The axes that wrinkles are added along.
+    /// Whether the linear band is faded to the shell where left-out examples are hardly better with it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fade: Option<bool>,
+    /// The strains that drive the wrinkles.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wrinkle_strains: Option<WrinkleStrains>,
 }
@@ -180,7 +183,8 @@ impl LearnedSection {
             ridge: self.ridge,
             wrinkle_ridge: self.wrinkle_ridge.unwrap_or(default.wrinkle_ridge),
             marker_noise: self.marker_noise.unwrap_or(default.marker_noise),
-            reach: self.reach.unwrap_or(default.reach),
+            reach: self.reach.or(default.reach),
+            fade: self.fade.unwrap_or(default.fade),
             wrinkle_strains: self.wrinkle_strains.unwrap_or(default.wrinkle_strains),
         }
     }

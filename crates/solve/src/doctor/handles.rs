@@ -124,7 +124,7 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
             let of: Vec<Option<HandleId>> = cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
             let mut edges = geodesic::touching_cells(topology, &of);
             if matches!(face.settings.method, Method::Learned(_)) {
-                geodesic::drop_far_pairs(&graph, &cells, &mut edges);
+                geodesic::drop_far_pairs(&graph, &cells, |h| at(h).to_array(), &mut edges);
             }
             let along = geodesic::ways(&graph, &cells, &edges);
             let far = edges

@@ -229,7 +229,8 @@ fn no_influences(face: &Face) -> Option<Finding> {
 
 fn learned_numbers_out_of_range(face: &Face) -> Vec<Finding> {
     let Method::Learned(learned) = face.settings.method else { return Vec::new() };
-    let LearnedSettings { share, ridge, wrinkle_ridge, marker_noise, reach, wrinkle_strains: _ } = learned;
+    let LearnedSettings { share, ridge, wrinkle_ridge, marker_noise, reach, fade: _, wrinkle_strains: _ } =
+        learned;
     let mut found = Vec::new();
     let is_ridge = |ridge| ridge > 0.0 && ridge <= LearnedSettings::LARGEST_RIDGE;
     for (name, number, is_right, expected) in [
@@ -242,7 +243,7 @@ fn learned_numbers_out_of_range(face: &Face) -> Vec<Finding> {
             (0.0..=LearnedSettings::LARGEST_NOISE).contains(&marker_noise),
             "millimetres, from 0 to 1000",
         ),
-        ("reach", Some(reach), reach >= 1.0, "a number from 1, inf for no bound"),
+        ("reach", reach, reach.is_none_or(|reach| reach >= 1.0), "a number from 1, inf for no bound"),
     ] {
         if let Some(number) = number.filter(|_| !is_right) {
             found.push(error("settings", format!("{name} is {number}, expected {expected}")));
@@ -252,14 +253,14 @@ fn learned_numbers_out_of_range(face: &Face) -> Vec<Finding> {
 }
 
 fn rotations_of_the_basis(face: &Face) -> Option<Finding> {
-    let Method::Learned(LearnedSettings { share, reach, .. }) = face.settings.method else { return None };
-    let is_in_the_basis = share.map_or(reach.is_infinite(), |share| share < 1.0);
+    let Method::Learned(LearnedSettings { share, .. }) = face.settings.method else { return None };
+    let is_in_the_basis = share.is_some_and(|share| share < 1.0);
     (face.settings.rotations && is_in_the_basis).then(|| {
         error(
             "settings",
             "rotations go with share = 1 alone: with a smaller share, a part of the linear band is in the \
-             basis, which also says how far vertices turn with the handles; set share to 1, leave share out \
-             with a finite reach, or do without rotations"
+             basis, which also says how far vertices turn with the handles; leave share out, or do without \
+             rotations"
                 .into(),
         )
     })

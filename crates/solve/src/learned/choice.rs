@@ -4,44 +4,68 @@ use super::linear_band::{LinearSettings, VertexSystem};
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
 use super::vector_strains::VectorStrains;
+use glam::DMat3;
 use rayon::prelude::*;
 use rhytid_core::{Error, LearnedSettings, Result, Table};
 
-/// The values of s that are tried if a project names none and frames are followed without a bound.
-const SHARES: [f64; 2] = [0.2, 1.0];
-/// The value of s if frames are followed up to a bound. The part that does not belong to the share is in the
-/// basis, which has no bound. Leaving examples out does not test poses that are unlike all examples.
-const BOUNDED_SHARES: [f64; 1] = [1.0];
-/// The values of λ that are tried if a project names none.
-const RIDGES: [f64; 4] = [1e-4, 1e-3, 1e-2, 1e-1];
+/// The values of s that are tried if a project names none.
+const SHARES: [f64; 3] = [0.1, 0.3, 1.0];
+/// The values of the reach that are tried if a project names none.
+const REACHES: [f64; 2] = [1.0, 1.5];
+/// The values of λ that are tried if a project names none. With the last one nothing is learned.
+const RIDGES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, NOTHING];
+/// A ridge at which the linear band is a millionth of what it could be, so the shell alone is left.
+const NOTHING: f64 = LearnedSettings::LARGEST_RIDGE;
 
-/// The fewest examples for which leaving one out is meaningful.
-const FEWEST_EXAMPLES: usize = 3;
+/// The fewest examples from which s, λ and the reach are chosen. Fewer examples predict each other by chance.
+const FEWEST_EXAMPLES: usize = 4;
+/// s, λ and the reach where there are fewer examples. On five heads, they leave least of left-out examples.
+const FEW: (f64, f64, f64) = (0.2, 1e-2, 1.0);
 
-/// λ where there are fewer examples.
-const UNSEEN: f64 = 1e-2;
-
-/// Errors within this part of the least error count as equal. Of these candidates, the largest ridge is
-/// chosen, because it is the calmest.
-const AS_GOOD: f64 = 0.02;
+/// Errors within this part of the least error count as equal. Of these candidates, the smallest ridge is
+/// chosen: all examples predict more than all but one do, and need less of a ridge.
+const AS_GOOD: f64 = 0.1;
 
 /// The number of vertices in the sample.
 const SAMPLES: usize = 1024;
 
-/// A pair of s and λ, with its error.
+/// A choice of s, λ and the reach, with its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
     /// s.
     pub share: f64,
     /// λ.
     pub ridge: f64,
+    /// How far vector strains are followed.
+    pub reach: f64,
     /// The RMS distance from the smooth part of each example to its prediction by the others, in mesh units.
     ///
     /// The mean is over a sample of the surface. NaN where there are too few examples to leave one out.
     pub leave_one_out: f64,
+    /// The RMS distance from the smooth part of each example to what the linear band makes of it with all
+    /// examples, in mesh units. NaN where there are too few examples to leave one out.
+    pub misfit: f64,
 }
 
-/// All candidate pairs of shares and ridges with their errors, and the best of them.
+impl Candidate {
+    /// The RMS error that is expected of a frame: half of the frames are mixtures of the examples, which
+    /// [`Candidate::misfit`] stands for, and half are like none of the others.
+    pub fn expected(&self) -> f64 {
+        (0.5 * (self.leave_one_out.powi(2) + self.misfit.powi(2))).sqrt()
+    }
+}
+
+/// Sums of squares over the examples at one vertex.
+struct Squares {
+    left_out: f64,
+    misfit: f64,
+}
+
+fn square(x: &[f64]) -> f64 {
+    x.iter().map(|x| x * x).sum()
+}
+
+/// All candidates with their errors, and the best of them.
 ///
 /// `area` is the mass of each vertex, and 0 at vertices that do not count, such as handles. It determines the
 /// sample, and the bits do not depend on the number of threads. `marker_noise` is σ_m in mesh units, and
@@ -57,61 +81,87 @@ pub(crate) fn choose(
     settings: &LearnedSettings,
     marker_noise: f64,
 ) -> Result<(Candidate, Vec<Candidate>)> {
-    let (examples, reach) = (strains.examples(), settings.reach);
-    let shares = match &settings.share {
-        Some(share) => std::slice::from_ref(share),
-        None if reach.is_finite() => &BOUNDED_SHARES,
-        None => &SHARES[..],
+    let examples = strains.examples();
+    let is_chosen = examples >= FEWEST_EXAMPLES;
+    let tried = |set: Option<f64>, few: f64, all: &[f64]| match set {
+        Some(set) => vec![set],
+        None if is_chosen => all.to_vec(),
+        None => vec![few],
     };
-    let ridges = settings.ridge.as_ref().map_or(&RIDGES[..], std::slice::from_ref);
-    let pairs = || shares.iter().flat_map(|&share| ridges.iter().map(move |&ridge| (share, ridge)));
-    let count = shares.len() * ridges.len();
-    if examples < FEWEST_EXAMPLES {
-        let (share, ridge) = (shares[0], settings.ridge.unwrap_or(UNSEEN));
-        let only = Candidate { share, ridge, leave_one_out: f64::NAN };
+    let shares = tried(settings.share, FEW.0, &SHARES);
+    let ridges = tried(settings.ridge, FEW.1, &RIDGES);
+    let reaches = tried(settings.reach, FEW.2, &REACHES);
+    if examples < 2 {
+        let only = Candidate {
+            share: shares[0],
+            ridge: ridges[0],
+            reach: reaches[0],
+            leave_one_out: f64::NAN,
+            misfit: f64::NAN,
+        };
         return Ok((only, vec![only]));
     }
-    let beyond = Beyond::new(strains, reach);
-    let squares: Vec<Vec<f64>> = sample(area, SAMPLES)
+    let (shares, ridges) = (&shares, &ridges);
+    let systems = || shares.iter().flat_map(|&share| ridges.iter().map(move |&ridge| (share, ridge)));
+    let beyond: Vec<Beyond> = reaches.iter().map(|&reach| Beyond::new(strains, reach)).collect();
+    let squares: Vec<Vec<Squares>> = sample(area, SAMPLES)
         .into_par_iter()
         .map_init(
             || {
-                let system = VertexSystem::new(examples);
-                let beyond = Table::filled(examples, examples, 0.0);
-                (system, vec![0.0; 3 * examples], vec![[0.0; 3]; examples], beyond)
+                let of_vertex = vec![Table::filled(examples, examples, DMat3::ZERO); reaches.len()];
+                (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![[0.0; 3]; examples], of_vertex)
             },
             |(system, z, errors, of_vertex), v| {
                 let (features, omega) = (influences.features.row(v), influences.weights.row(v));
                 system.assemble(strains, features, omega);
-                beyond.of_vertex(strains, features, omega, of_vertex);
+                for (beyond, of_vertex) in beyond.iter().zip(&mut *of_vertex) {
+                    beyond.of_vertex(strains, features, omega, of_vertex);
+                }
                 let smooth = smooth.row(v);
-                pairs()
-                    .map(|(share, ridge)| {
-                        let settings = LinearSettings { share, ridge, marker_noise, reach };
-                        if system.solve(settings, smooth.as_flattened(), z)? {
-                            system.leave_one_out(settings, z, of_vertex, errors);
-                        } else {
-                            errors.copy_from_slice(smooth);
+                let mut squares = Vec::with_capacity(shares.len() * ridges.len() * reaches.len());
+                for (share, ridge) in systems() {
+                    let settings = LinearSettings { share, ridge, marker_noise, reach: f64::INFINITY };
+                    let is_solved = system.solve(settings, smooth.as_flattened(), z)?;
+                    let misfit: f64 = match is_solved {
+                        true => system.diagonal(settings).powi(2) * square(z),
+                        false => square(smooth.as_flattened()),
+                    };
+                    for of_vertex in &*of_vertex {
+                        match is_solved {
+                            true => system.leave_one_out(settings, z, of_vertex, errors),
+                            false => errors.copy_from_slice(smooth),
                         }
-                        Ok(errors.as_flattened().iter().map(|x| x * x).sum())
-                    })
-                    .collect::<Result<Vec<f64>>>()
+                        squares.push(Squares { left_out: square(errors.as_flattened()), misfit });
+                    }
+                }
+                Ok(squares)
             },
         )
         .collect::<Result<_>>()?;
-    let mean = |i: usize| {
-        squares.iter().map(|of_vertex| of_vertex[i]).sum::<f64>() / (squares.len() * examples).max(1) as f64
+    let rms = |i: usize, of: fn(&Squares) -> f64| {
+        let sum: f64 = squares.iter().map(|of_vertex| of(&of_vertex[i])).sum();
+        (sum / (squares.len() * examples).max(1) as f64).sqrt()
     };
-    let candidates: Vec<Candidate> = pairs()
-        .zip(0..count)
-        .map(|((share, ridge), i)| Candidate { share, ridge, leave_one_out: mean(i).sqrt() })
+    let all = systems().flat_map(|(share, ridge)| reaches.iter().map(move |&reach| (share, ridge, reach)));
+    let candidates: Vec<Candidate> = all
+        .enumerate()
+        .map(|(i, (share, ridge, reach))| Candidate {
+            share,
+            ridge,
+            reach,
+            leave_one_out: rms(i, |squares| squares.left_out),
+            misfit: rms(i, |squares| squares.misfit),
+        })
         .collect();
-    let best = candidates.iter().copied().min_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out));
+    let best = candidates.iter().copied().min_by(|a, b| a.expected().total_cmp(&b.expected()));
     let best = best.ok_or_else(|| Error::Internal("there is no share or no ridge to choose from".into()))?;
-    let as_good =
-        |c: &&Candidate| c.share == best.share && c.leave_one_out <= (1.0 + AS_GOOD) * best.leave_one_out;
-    let calmest = candidates.iter().filter(as_good).max_by(|a, b| a.ridge.total_cmp(&b.ridge));
-    Ok((calmest.copied().unwrap_or(best), candidates))
+    let as_good = |c: &&Candidate| {
+        (c.share, c.reach) == (best.share, best.reach)
+            && c.ridge < NOTHING
+            && c.expected() <= (1.0 + AS_GOOD) * best.expected()
+    };
+    let boldest = candidates.iter().filter(as_good).min_by(|a, b| a.ridge.total_cmp(&b.ridge));
+    Ok((boldest.copied().unwrap_or(best), candidates))
 }
 
 /// `count` vertices at equal distances in the sum of the areas. A vertex with a large area may occur more

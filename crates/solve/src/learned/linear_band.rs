@@ -8,6 +8,7 @@ use super::vector_strains::VectorStrains;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
+use glam::DMat3;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result, Table, VertexId};
@@ -24,8 +25,8 @@ pub(crate) struct LinearSettings {
     pub(crate) ridge: f64,
     /// σ_m ≥ 0: the standard deviation of a marker's noise per axis, in mesh units.
     pub(crate) marker_noise: f64,
-    /// The bound up to which the share's part follows the components of vector strains, as a multiple of
-    /// their range in the examples. Infinite where there is no bound.
+    /// The length up to which a vector strain is followed, as a multiple of its greatest length in the
+    /// examples. Infinite where there is no limit.
     pub(crate) reach: f64,
 }
 
@@ -123,7 +124,7 @@ impl VertexSystem {
         }
         let (size, examples) = (self.size, self.size / 3);
         let s = settings.share;
-        let diagonal = settings.ridge + settings.marker_noise.powi(2) * self.noise / tau;
+        let diagonal = self.diagonal(settings);
         for j in 0..size {
             for i in j..size {
                 let shared = if i % 3 == j % 3 { self.kappa[i / 3 * examples + j / 3] } else { 0.0 };
@@ -140,6 +141,11 @@ impl VertexSystem {
         )
         .map_err(|e| Error::Internal(format!("a vertex's linear band has no solution: {e:?}")))?;
         Ok(true)
+    }
+
+    /// λ + n/τ. This times z is what the band leaves of Ŵ.
+    pub(crate) fn diagonal(&self, settings: LinearSettings) -> f64 {
+        settings.ridge + settings.marker_noise.powi(2) * self.noise / self.tau()
     }
 
     /// The factor's lower triangle, column by column.
@@ -179,14 +185,15 @@ impl VertexSystem {
 
     /// The error of each example if it is left out: `e_p = (A_pp)⁻¹ z_p`, P×3 in mesh units.
     ///
-    /// A is the inverse of the matrix with which [`VertexSystem::solve`] gave `z`. The part beyond the reach
-    /// of the other examples is added: `s/τ Σ_q beyond_pq (z_q − A_qp e_p)`. There `z_q − A_qp e_p` are the
-    /// weights of the others without the example. `beyond` is from [`Beyond::of_vertex`].
+    /// A is the inverse of the matrix with which [`VertexSystem::solve`] gave `z`. What the others would do
+    /// beyond their reach is added: `1/τ Σ_q ((1 − s) beyond_pq + s tr(beyond_pq)) (z_q − A_qp e_p)`. There
+    /// `z_q − A_qp e_p` are the weights of the others without the example. `beyond` is from
+    /// [`Beyond::of_vertex`].
     pub(crate) fn leave_one_out(
         &mut self,
         settings: LinearSettings,
         z: &[f64],
-        beyond: &Table<f64>,
+        beyond: &Table<DMat3>,
         errors: &mut [[f64; 3]],
     ) {
         self.invert();
@@ -194,10 +201,15 @@ impl VertexSystem {
         for (p, error) in errors.iter_mut().enumerate() {
             let alone = self.block(p, p).inverse() * z(p);
             let beyond = beyond.row(p).iter().enumerate();
-            let of_others = beyond.filter(|(q, beyond)| *q != p && **beyond != 0.0);
-            let added: glam::DVec3 =
-                of_others.map(|(q, beyond)| *beyond * (z(q) - self.block(q, p) * alone)).sum();
-            *error = (alone + settings.share / self.tau() * added).to_array();
+            let of_others = beyond.filter(|(q, beyond)| *q != p && **beyond != DMat3::ZERO);
+            let added: glam::DVec3 = of_others
+                .map(|(q, beyond)| {
+                    let weights = z(q) - self.block(q, p) * alone;
+                    let trace = beyond.x_axis.x + beyond.y_axis.y + beyond.z_axis.z;
+                    (1.0 - settings.share) * (*beyond * weights) + settings.share * trace * weights
+                })
+                .sum();
+            *error = (alone + added / self.tau()).to_array();
         }
     }
 
@@ -208,10 +220,10 @@ impl VertexSystem {
     }
 
     /// A_pq.
-    fn block(&self, p: usize, q: usize) -> glam::DMat3 {
+    fn block(&self, p: usize, q: usize) -> DMat3 {
         // Only the lower triangle is stored.
         let a = |i: usize, j: usize| self.inverse[(i.max(j), i.min(j))];
-        glam::DMat3::from_cols_array(&std::array::from_fn(|i| a(3 * p + i % 3, 3 * q + i / 3)))
+        DMat3::from_cols_array(&std::array::from_fn(|i| a(3 * p + i % 3, 3 * q + i / 3)))
     }
 
     /// n for a marker noise of variance 1.
@@ -238,7 +250,8 @@ pub(crate) struct LinearBand {
 
 /// Solves the linear band of every vertex, and adds ΔB to `basis`, V×H.
 ///
-/// `smooth` is Ŵ, V×P. It is 0 at handles, where nothing is learned.
+/// `smooth` is Ŵ, V×P. It is 0 at handles, where nothing is learned. `kept` says how much of the band each
+/// vertex has, V in 0..1.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`], and [`Error::Cancelled`].
@@ -247,6 +260,7 @@ pub(crate) fn linear_band(
     influences: &LinearInfluences,
     smooth: &Table<[f64; 3]>,
     settings: LinearSettings,
+    kept: &[f64],
     basis: &mut Table<f64>,
     progress: &dyn Progress,
 ) -> Result<LinearBand> {
@@ -292,6 +306,7 @@ pub(crate) fn linear_band(
                         return Ok(());
                     }
                     *variance = smooth.iter().zip(&*z).map(|(w, z)| w * z).sum::<f64>() / z.len() as f64;
+                    z.iter_mut().for_each(|z| *z *= kept[v]);
                     let scale = (1.0 - settings.share) / system.tau();
                     if scale > 0.0 {
                         let terms = features.iter().zip(omega).zip(gains).filter(|((_, w), _)| **w > 0.0);
@@ -332,7 +347,13 @@ pub(crate) fn leave_one_out(
         .par_rows_mut()
         .zip(vertices)
         .map_init(
-            || (VertexSystem::new(examples), vec![0.0; 3 * examples], Table::filled(examples, examples, 0.0)),
+            || {
+                (
+                    VertexSystem::new(examples),
+                    vec![0.0; 3 * examples],
+                    Table::filled(examples, examples, DMat3::ZERO),
+                )
+            },
             |(system, z, of_vertex), (errors, &v)| {
                 let v = v.index();
                 let (features, omega) = (influences.features.row(v), influences.weights.row(v));
@@ -402,12 +423,12 @@ mod tests {
             let settings = LinearSettings { share, ridge: 1e-3, marker_noise: 0.02, reach };
             let mut system = VertexSystem::new(examples);
             let (mut z, mut errors) = (vec![0.0; 3 * examples], vec![[0.0; 3]; examples]);
-            let mut beyond = Table::filled(examples, examples, 0.0);
+            let mut beyond = Table::filled(examples, examples, DMat3::ZERO);
             system.assemble(&strains, &features, &omega);
             assert!(system.solve(settings, &smooth, &mut z).unwrap());
             Beyond::new(&strains, reach).of_vertex(&strains, &features, &omega, &mut beyond);
             system.leave_one_out(settings, &z, &beyond, &mut errors);
-            assert_eq!(beyond.as_slice().iter().any(|x| *x != 0.0), reach.is_finite());
+            assert_eq!(beyond.as_slice().iter().any(|x| *x != DMat3::ZERO), reach.is_finite());
 
             let whole = matrix(&strains, &features, &omega, settings);
             for (p, error) in errors.iter().enumerate() {
@@ -416,27 +437,24 @@ mod tests {
                     Mat::from_fn(others.len(), others.len(), |i, j| whole[(others[i], others[j])]);
                 let right = Mat::from_fn(others.len(), 1, |i, _| smooth[others[i]]);
                 let without = of_others.partial_piv_lu().solve(&right);
+                // The example as a frame is followed: no longer than the longest of the others.
+                let followed = |e: u32| {
+                    let d = strains.feature(e).as_chunks::<3>().0;
+                    let others = d.iter().enumerate().filter(|(q, _)| *q != p);
+                    let size = |d: &[f64; 3]| d.iter().map(|x| x * x).sum::<f64>().sqrt();
+                    let limit = others.map(|(_, d)| reach * size(d)).fold(0.0, f64::max);
+                    d[p].map(|x| x * (limit / size(&d[p])).min(1.0))
+                };
                 for c in 0..3 {
                     let row = 3 * p + c;
-                    let mut predicted: f64 =
-                        others.iter().enumerate().map(|(i, &j)| whole[(row, j)] * without[(i, 0)]).sum();
-                    // The share's part does not follow the whole example, but only the part within the range
-                    // of the others.
-                    let tau = system.tau();
-                    for (i, &j) in others.iter().enumerate().filter(|(_, j)| reach.is_finite() && *j % 3 == c)
-                    {
-                        for (&e, w) in features.iter().zip(&omega) {
-                            let d = strains.feature(e);
-                            for axis in 0..3 {
-                                let shown = |f: fn(f64, f64) -> f64| {
-                                    let others = (0..examples).filter(|q| *q != p);
-                                    others.map(|q| reach * d[3 * q + axis]).fold(0.0, f)
-                                };
-                                let own = d[3 * p + axis];
-                                let beyond = own - own.min(shown(f64::max)).max(shown(f64::min));
-                                predicted -= share / tau * w * beyond * d[j - c + axis] * without[(i, 0)];
-                            }
-                        }
+                    let mut predicted = 0.0;
+                    for (i, &j) in others.iter().enumerate() {
+                        let kernel = features.iter().zip(&omega).map(|(&e, w)| {
+                            let (d, frame) = (strains.feature(e), followed(e));
+                            let dot: f64 = (0..3).map(|axis| frame[axis] * d[j - j % 3 + axis]).sum();
+                            w * ((1.0 - share) * frame[c] * d[j] + if j % 3 == c { share * dot } else { 0.0 })
+                        });
+                        predicted += kernel.sum::<f64>() / system.tau() * without[(i, 0)];
                     }
                     let expected = smooth[row] - predicted;
                     assert!(

@@ -6,6 +6,7 @@
 mod choice;
 mod confidence;
 mod distances;
+mod fade;
 mod linear_band;
 mod neighborhoods;
 mod parts;
@@ -24,6 +25,7 @@ use crate::detail::{self, at_handles};
 pub use choice::Candidate;
 pub use confidence::{Confidence, EXTRAPOLATION};
 use distances::{Distances, Searched};
+use fade::Fade;
 use linear_band::{LinearBand, LinearSettings};
 use neighborhoods::{ANCHORS, EdgeInfluences, InfluenceSource, LinearInfluences};
 pub use parts::FreePart;
@@ -63,6 +65,8 @@ pub(crate) struct Steps {
     pub chosen: Candidate,
     /// All pairs, in the order in which they were tried.
     pub candidates: Vec<Candidate>,
+    /// How much of the linear band is kept.
+    pub fade: Fade,
     /// g, c and the variances. ΔB is in the shell's basis.
     pub band: LinearBand,
     /// f of the centres, N×F.
@@ -92,6 +96,9 @@ pub(crate) fn learn(
     progress: &dyn Progress,
 ) -> Result<Steps> {
     let examples = &face.examples;
+    // The basis also says how far vertices turn with the handles.
+    let share = settings.share.or(face.settings.rotations.then_some(1.0));
+    let settings = LearnedSettings { share, ..settings };
     // Without a strain edge there are only anchors, and the unit of their features does not matter.
     let mean = shell.handles.feature_lengths().last().copied().unwrap_or(1.0);
     let of_example =
@@ -114,14 +121,19 @@ pub(crate) fn learn(
     let area = skin_area(shell);
     let (chosen, candidates) =
         choice::choose(&strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise)?;
-    progress.step("choice", 1, 1)?;
     let linear_settings =
-        LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise, reach: settings.reach };
+        LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise, reach: chosen.reach };
+    let fade = match settings.fade {
+        true => Fade::by_leaving_out(&strains, &linear_influences, &smooth_residual, linear_settings, &area)?,
+        false => Fade::whole(shell.handles.len(), shell.basis.height()),
+    };
+    progress.step("choice", 1, 1)?;
     let band = linear_band::linear_band(
         &strains,
         &linear_influences,
         &smooth_residual,
         linear_settings,
+        &fade.of_vertices,
         &mut shell.basis,
         progress,
     )?;
@@ -160,6 +172,7 @@ pub(crate) fn learn(
         parts: free_parts,
         chosen,
         candidates,
+        fade,
         band,
         pose_features,
         detail,
@@ -175,13 +188,20 @@ impl Steps {
     /// # Errors
     /// [`rhytid_core::Error::Internal`] if a system has no solution in floating point.
     pub(crate) fn leave_one_out(&self, vertices: &[VertexId]) -> Result<Table<[f64; 3]>> {
-        linear_band::leave_one_out(
+        let mut errors = linear_band::leave_one_out(
             &self.strains,
             &self.linear_influences,
             &self.smooth_residual,
             self.linear_settings,
             vertices,
-        )
+        )?;
+        for (v, errors) in vertices.iter().zip(errors.rows_mut()) {
+            let part = self.fade.of_vertices[v.index()];
+            for (error, smooth) in errors.iter_mut().zip(self.smooth_residual.row(v.index())) {
+                *error = fade::faded(part, *smooth, *error);
+            }
+        }
+        Ok(errors)
     }
 
     /// The learned parts of a rig, except the basis.

@@ -1,7 +1,10 @@
 //! The part of an example that is beyond the reach of the others. If the example is left out, a frame like it
 //! is not followed to that part.
 use super::vector_strains::VectorStrains;
+use glam::{DMat3, DVec3};
 use rhytid_core::Table;
+use rhytid_kernels::vec3;
+use rhytid_kernels::vector_differences::limited as limited_to;
 
 /// The part beyond the reach, of all features.
 pub(crate) struct Beyond {
@@ -10,32 +13,34 @@ pub(crate) struct Beyond {
 }
 
 impl Beyond {
-    /// Computes the part of each example beyond `reach` times the range of the others, for each component by
-    /// itself.
+    /// Computes how much longer each vector strain of an example is than `reach` times the longest of the
+    /// others, as a vector in its direction.
     pub(crate) fn new(strains: &VectorStrains, reach: f64) -> Self {
-        let n = 3 * strains.examples();
-        let of_component = |d: &[f64], i: usize| {
-            let others = (i % 3..n).step_by(3).filter(|j| *j != i).map(|j| reach * d[j]);
-            let (least, most) =
-                others.fold((0.0_f64, 0.0_f64), |(least, most), x| (least.min(x), most.max(x)));
-            d[i] - d[i].clamp(least, most)
-        };
-        let of_feature = |e| (0..n).map(move |i| of_component(strains.feature(e), i));
-        let bounded = if reach.is_finite() { strains.features() } else { 0 };
-        let of_features = (0..bounded).flat_map(of_feature).collect();
-        Self { of_features: Table::new(bounded as usize, n, of_features) }
+        let limited = if reach.is_finite() { strains.features() } else { 0 };
+        let mut of_features = Table::filled(limited as usize, 3 * strains.examples(), 0.0);
+        for (e, beyond) in of_features.rows_mut().enumerate() {
+            let d = strains.feature(e as u32).as_chunks::<3>().0;
+            let longest = |p: usize| {
+                let others = d.iter().enumerate().filter(|(q, _)| *q != p);
+                others.map(|(_, d)| vec3::length(*d)).fold(0.0, f64::max)
+            };
+            for (p, (d, beyond)) in d.iter().zip(beyond.as_chunks_mut::<3>().0).enumerate() {
+                *beyond = vec3::sub(*d, limited_to(*d, reach * longest(p)));
+            }
+        }
+        Self { of_features }
     }
 
-    /// Writes `Σ_e ω_e (D_pe − clamp(D_pe)) · D_qe` of a vertex into `beyond`, P×P. The rows are p, the
-    /// example that is clamped.
+    /// Writes `Σ_e ω_e (D_pe − limited(D_pe)) D_qeᵀ` of a vertex into `beyond`, P×P. The rows are p, the
+    /// example that is limited.
     pub(crate) fn of_vertex(
         &self,
         strains: &VectorStrains,
         features: &[u32],
         weights: &[f64],
-        beyond: &mut Table<f64>,
+        beyond: &mut Table<DMat3>,
     ) {
-        beyond.as_mut_slice().fill(0.0);
+        beyond.as_mut_slice().fill(DMat3::ZERO);
         if self.of_features.is_empty() {
             return;
         }
@@ -44,8 +49,10 @@ impl Beyond {
             let of_feature = self.of_features.row(e as usize).as_chunks::<3>().0;
             for (of_example, beyond) in of_feature.iter().zip(beyond.rows_mut()) {
                 if *of_example != [0.0; 3] {
-                    let dot = |d: &[f64; 3]| d.iter().zip(of_example).map(|(a, b)| a * b).sum::<f64>();
-                    beyond.iter_mut().zip(d).for_each(|(beyond, d)| *beyond += w * dot(d));
+                    let of_example = w * DVec3::from_array(*of_example);
+                    let times =
+                        |d: &[f64; 3]| DMat3::from_cols_array_2d(&d.map(|d| (d * of_example).to_array()));
+                    beyond.iter_mut().zip(d).for_each(|(beyond, d)| *beyond += times(d));
                 }
             }
         }

@@ -147,7 +147,8 @@ fn every_step_is_that_of_the_golden_vectors() {
             wrinkle_ridge: case.wrinkle_ridge,
             // The cases are linear at any distance of their frames from their poses. Their wrinkles turn with
             // the surface.
-            reach: f64::INFINITY,
+            reach: Some(f64::INFINITY),
+            fade: false,
             wrinkle_strains: WrinkleStrains::Lengths,
         };
         let got = learn(&mut started, &face, settings, &NoProgress).unwrap();

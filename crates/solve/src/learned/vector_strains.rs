@@ -69,6 +69,11 @@ impl VectorStrains {
         self.noise.len() as u32
     }
 
+    /// F: the first anchor's number.
+    pub(crate) fn first_anchor(&self) -> u32 {
+        self.strain_edges.len() as u32
+    }
+
     /// D of all features in the examples, P×(F + H).
     pub(crate) fn by_example(&self) -> Table<[f64; 3]> {
         let of_example = |p: usize| self.of_examples.rows().map(move |d| [0, 1, 2].map(|c| d[3 * p + c]));

@@ -18,6 +18,8 @@ fn face(examples: usize, share: f64) -> Face {
         ridge: Some(1e-2),
         // Without noise, the examples explain everything.
         marker_noise: 0.0,
+        // σ is of the whole band.
+        fade: false,
         ..LearnedSettings::default()
     };
     face.settings.method = Method::Learned(learned);

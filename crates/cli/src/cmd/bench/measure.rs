@@ -200,12 +200,21 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     })
 }
 
-/// Handle positions that move by some millimetres, differently in each frame.
+/// Handle positions that differ in each frame, as those of a take do: between rest and the examples, or some
+/// millimetres around rest where there are none.
 fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
     let size = (0.002 / rig.surface().metres_per_unit) as f32;
+    let examples = rig.examples().names.len();
+    let part = |p: usize, frame: usize| (p as f32 + 0.3 * frame as f32).sin() / examples as f32;
     let frame = |frame: usize| {
         let at_rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
-        at_rest.enumerate().map(move |(i, x)| x + size * (i as f32 + 0.3 * frame as f32).sin())
+        at_rest.enumerate().map(move |(i, x)| match examples {
+            0 => x + size * (i as f32 + 0.3 * frame as f32).sin(),
+            _ => {
+                let moved = |p: usize| rig.examples().handles.row(p)[i / 3][i % 3] - x;
+                (0..examples).fold(x, |sum, p| sum + part(p, frame) * moved(p))
+            }
+        })
     };
     (0..frames).flat_map(frame).collect()
 }

@@ -53,8 +53,7 @@ class Rig:
         self.has_wrinkles = get["influence_weights"].max(axis=1) > 0
         self.vectors = np.stack([self.strains(pose) for pose in self.poses])
         reach = self.about["learned"].get("reach", np.inf)
-        scaled = reach * self.vectors if np.isfinite(reach) else np.array([np.inf, -np.inf])[:, None, None]
-        self.bounds = np.minimum(scaled.min(axis=0), 0), np.maximum(scaled.max(axis=0), 0)
+        self.limits = reach * np.linalg.norm(self.vectors, axis=2).max(axis=0)
         # What the examples alone say: their lengths, V × P, and the system of each vertex.
         count, zero = len(self.vectors), np.zeros_like(self.vectors[0])
         self.example_lengths = np.stack([self.distances(vector, zero) for vector in self.vectors], axis=1)
@@ -73,7 +72,9 @@ class Rig:
         return np.sqrt(self.weights @ np.sum((a - b) ** 2, axis=1))
 
     def activations(self, pose):
-        frame = np.clip(self.strains(pose), *self.bounds)
+        frame = self.strains(pose)
+        size = np.linalg.norm(frame, axis=1)
+        frame = frame * np.where(size > self.limits, self.limits / np.maximum(size, 1e-300), 1.0)[:, None]
         zero = np.zeros_like(frame)
         lengths = self.example_lengths
         of_frame = np.stack([self.distances(frame, vector) for vector in self.vectors], axis=1)
