@@ -84,7 +84,7 @@ pub struct SolveReport {
     pub misplaced: Vec<Misplaced>,
     /// The number of pinned vertices.
     pub pins: usize,
-    /// The shares and ridges of the linear band that were tried, the chosen pair first. Empty with the
+    /// The shares, ridges and reaches that were tried, the chosen ones first. Empty with the
     /// chapter's method.
     pub candidates: Vec<Candidate>,
     /// How much of the linear band is kept around each handle, H in 0..1: at 0 the shell is alone, because

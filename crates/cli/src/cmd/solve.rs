@@ -116,6 +116,8 @@ struct CandidateSummary {
     reach: Option<f64>,
     /// Null with a single example.
     left_out_mm: Option<f64>,
+    /// Null with a single example.
+    misfit_mm: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -139,6 +141,7 @@ impl<'a> Summary<'a> {
             ridge: candidate.ridge,
             reach: Some(candidate.reach).filter(|reach| reach.is_finite()),
             left_out_mm: Some(candidate.leave_one_out * millimetres).filter(|x| x.is_finite()),
+            misfit_mm: Some(candidate.misfit * millimetres).filter(|x| x.is_finite()),
         };
         let finished = ui.finished();
         let step =
@@ -382,15 +385,18 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
             format!("share {}, ridge {}, reach {}", numbers[0], numbers[1], numbers[2])
         };
         let error = |candidate: &Candidate| {
-            let millimetres = candidate.leave_one_out * metres_per_unit * 1e3;
-            format!("{} mm", human::number((millimetres * 1e3).round() / 1e3))
+            let [left_out, misfit] = [candidate.leave_one_out, candidate.misfit].map(|error| {
+                let millimetres = error * metres_per_unit * 1e3;
+                human::number((millimetres * 1e3).round() / 1e3)
+            });
+            format!("{left_out} mm left out, {misfit} mm with all")
         };
         let mut line = format!("learned with {}", named(chosen));
         if chosen.leave_one_out.is_finite() {
-            line += &format!("; examples that are left out differ by {} RMS", error(chosen));
+            line += &format!("; the smooth part of an example differs by {} RMS", error(chosen));
         }
         let mut others: Vec<&Candidate> = others.iter().collect();
-        others.sort_by(|a, b| a.leave_one_out.total_cmp(&b.leave_one_out));
+        others.sort_by(|a, b| a.expected().total_cmp(&b.expected()));
         for other in others.into_iter().take(CANDIDATES_NAMED) {
             line += &format!("; {}: {}", named(other), error(other));
         }

@@ -1,5 +1,5 @@
-//! The choice of the linear band's share s and ridge λ (step 7 of the learned method): those that best
-//! predict left-out examples.
+//! The choice of the linear band's share s, its ridge λ and the reach (step 7 of the learned method): those
+//! with the least error at left-out examples and at mixtures of the examples.
 use super::linear_band::{LinearSettings, VertexSystem};
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
@@ -20,7 +20,9 @@ const NOTHING: f64 = LearnedSettings::LARGEST_RIDGE;
 /// The fewest examples from which s, λ and the reach are chosen. Fewer examples predict each other by chance.
 const FEWEST_EXAMPLES: usize = 4;
 /// s, λ and the reach where there are fewer examples. On five heads, they leave least of left-out examples.
-const FEW: (f64, f64, f64) = (0.2, 1e-2, 1.0);
+const SHARE_OF_FEW: f64 = 0.2;
+const RIDGE_OF_FEW: f64 = 1e-2;
+const REACH_OF_FEW: f64 = 1.0;
 
 /// Errors within this part of the least error count as equal. Of these candidates, the smallest ridge is
 /// chosen: all examples predict more than all but one do, and need less of a ridge.
@@ -88,9 +90,9 @@ pub(crate) fn choose(
         None if is_chosen => all.to_vec(),
         None => vec![few],
     };
-    let shares = tried(settings.share, FEW.0, &SHARES);
-    let ridges = tried(settings.ridge, FEW.1, &RIDGES);
-    let reaches = tried(settings.reach, FEW.2, &REACHES);
+    let shares = tried(settings.share, SHARE_OF_FEW, &SHARES);
+    let ridges = tried(settings.ridge, RIDGE_OF_FEW, &RIDGES);
+    let reaches = tried(settings.reach, REACH_OF_FEW, &REACHES);
     if examples < 2 {
         let only = Candidate {
             share: shares[0],

@@ -61,9 +61,9 @@ pub(crate) struct Steps {
     pub example_vectors: Table<[f64; 3]>,
     /// The parts without a handle, in the order of their lowest vertices.
     pub parts: Vec<FreePart>,
-    /// The chosen s and λ.
+    /// The chosen s, λ and reach.
     pub chosen: Candidate,
-    /// All pairs, in the order in which they were tried.
+    /// All choices, in the order in which they were tried.
     pub candidates: Vec<Candidate>,
     /// How much of the linear band is kept.
     pub fade: Fade,
@@ -358,8 +358,8 @@ fn smooth_residual(
     Ok(residual)
 }
 
-/// The areas by which s and λ are chosen, V: 0 at handles and off the skin. Eyes and teeth have large areas,
-/// but s and λ do not affect them.
+/// The areas by which s, λ and the reach are chosen, V: 0 at handles and off the skin. Eyes and teeth have
+/// large areas, but are not chosen for.
 pub(crate) fn skin_area(shell: &Shell) -> Vec<f64> {
     let Shell { handles, parts, laplacian, .. } = shell;
     let mut area = laplacian.mass.clone();
