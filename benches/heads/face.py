@@ -91,3 +91,33 @@ def unlike_first(rest, vertices, poses):
         nearest = np.minimum(nearest, np.linalg.norm(at - at[best], axis=(1, 2)))
         nearest[best] = -1
     return ordered
+
+
+def flawed(face, pose, noise, slide):
+    """A pose as a scanner would give it: noise of each vertex, and vertices that slid over the skin.
+
+    Both are in millimetres. The slide is smooth: the sum of a few waves over the face, without its part along the
+    normal of the skin.
+    """
+    numbers = np.random.default_rng(sum(pose.name.encode()))
+    unit = 1e-3 / face.metres_per_unit
+    size = np.ptp(face.rest, axis=0).max()
+    moved = np.zeros_like(face.rest)
+    for _ in range(6):
+        wave, phase = numbers.standard_normal(3) * 6 / size, numbers.uniform(0, 2 * np.pi)
+        moved += np.sin(face.rest @ wave + phase)[:, None] * numbers.standard_normal(3)
+    normals = vertex_normals(pose.positions, face.joined)
+    moved -= np.sum(moved * normals, axis=1, keepdims=True) * normals
+    moved *= slide * unit / np.sqrt(np.mean(np.sum(moved**2, axis=1)))
+    moved += noise * unit * numbers.standard_normal(moved.shape)
+    return Pose(pose.name, pose.positions + moved)
+
+
+def vertex_normals(positions, joined):
+    """The normal of each vertex, from the first three corners of the faces around it."""
+    faces = [line.split()[1:4] for line in joined if line.startswith("f ")]
+    corners = np.array([[int(corner.split("/")[0]) - 1 for corner in face] for face in faces])
+    a, b, c = positions[corners].transpose(1, 0, 2)
+    normals = np.zeros_like(positions)
+    np.add.at(normals, corners, np.cross(b - a, c - a)[:, None])
+    return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)

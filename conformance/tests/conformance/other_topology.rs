@@ -17,7 +17,7 @@ const MM: f64 = 100.0;
 
 /// How far a vertex may move, as a multiple of what the marker that moves most does. The lips and lids of the
 /// examples themselves move up to 4.2 times as far between 31 markers.
-const FARTHEST: f64 = 3.0;
+const FARTHEST: f64 = 2.1;
 
 fn length(v: [f64; 3]) -> f64 {
     vec3::dot(v, v).sqrt()
@@ -303,14 +303,10 @@ fn another_actors_capture_holds_on_another_head() {
             frames += 1;
             let [smooth, full] = frame.moved.map(|moved| moved / frame.markers.max(1e-12));
             most = [most[0].max(smooth), most[1].max(full)];
-            assert!(
-                smooth < FARTHEST,
-                "frame {frames}: the large scale moves by {smooth} of what the markers do"
-            );
-            // Folds of a lid are half a centimetre deep where the markers around it hardly move.
+            // Lips and lids of the examples move half a centimetre where the markers around them hardly do.
             let bound = 2.0 * frame.markers + 5.0 / MM;
             assert!(
-                frame.moved[1] < bound,
+                frame.moved.iter().all(|moved| *moved < bound),
                 "frame {frames}: {:?}, the markers {}",
                 frame.moved,
                 frame.markers

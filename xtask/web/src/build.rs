@@ -69,11 +69,17 @@ fn compile() -> Result<PathBuf> {
     command.args(["build", "--package", "rhytid-web", "--lib", "--target", TARGET, "--profile", PROFILE]);
     // Flags for this machine's processor do not apply to a browser's. Every browser with WebGPU has vectors
     // of 128 bits.
+    let mut flags = "-Ctarget-feature=+simd128".to_owned();
+    for folder in package_folders() {
+        // Cargo separates flags by this character.
+        flags += &format!("\x1f--remap-path-prefix={}=", folder.display());
+    }
     command
         .arg("--target-dir")
         .arg(&target)
         .current_dir(root())
-        .env("RUSTFLAGS", "-C target-feature=+simd128");
+        .env_remove("RUSTFLAGS")
+        .env("CARGO_ENCODED_RUSTFLAGS", flags);
     let status = command.status().map_err(|e| format!("cargo could not be run: {e}"))?;
     if !status.success() {
         return Err(format!(
@@ -81,6 +87,20 @@ fn compile() -> Result<PathBuf> {
         ));
     }
     Ok(target.join(TARGET).join(PROFILE).join(format!("{NAME}.wasm")))
+}
+
+/// The folders into which cargo unpacks packages.
+///
+/// The names of sources in a page do not begin with them. So a page has the same bytes on every machine, and
+/// 18 kB less.
+fn package_folders() -> Vec<PathBuf> {
+    let home = std::env::var_os("CARGO_HOME").map(PathBuf::from);
+    let home = home.or_else(|| std::env::home_dir().map(|home| home.join(".cargo")));
+    let folders = home.and_then(|home| fs::read_dir(home.join("registry/src")).ok());
+    let mut folders: Vec<PathBuf> =
+        folders.into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    folders.sort();
+    folders
 }
 
 /// Lets wasm-bindgen convert a program to files that a page can load.
