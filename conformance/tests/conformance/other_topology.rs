@@ -298,13 +298,15 @@ fn another_actors_capture_holds_on_another_head() {
     for count in [31, 90] {
         let face = makehuman(&shared, count);
         let rig = solve(&face, &NoProgress).unwrap();
-        let (mut frames, mut most) = (0, [0.0_f64; 2]);
+        let (mut frames, mut most, mut beyond) = (0, [0.0_f64; 2], 0.0_f64);
         for frame in held(&rig, &capture(&shared, &face)) {
             frames += 1;
             let [smooth, full] = frame.moved.map(|moved| moved / frame.markers.max(1e-12));
             most = [most[0].max(smooth), most[1].max(full)];
-            // Lips and lids of the examples move half a centimetre where the markers around them hardly do.
-            let bound = 2.0 * frame.markers + 5.0 / MM;
+            // The lower lip follows a jaw that goes where no example does, as far as its own open mouth taught it:
+            // by 31 mm in that example.
+            let bound = 2.0 * frame.markers + 10.0 / MM;
+            beyond = beyond.max(frame.moved[1] - 2.0 * frame.markers);
             assert!(
                 frame.moved.iter().all(|moved| *moved < bound),
                 "frame {frames}: {:?}, the markers {}",
@@ -313,7 +315,10 @@ fn another_actors_capture_holds_on_another_head() {
             );
             assert_eq!(frame.turned, [0; 2], "frame {frames}");
         }
-        println!("{count} handles, {frames} frames: moves by {most:.2?} of what the markers do");
+        println!(
+            "{count} handles, {frames} frames: moves by {most:.2?} of what the markers do, {:.1} mm over twice that",
+            MM * beyond
+        );
         assert_eq!(frames, 403);
     }
 }
