@@ -303,8 +303,8 @@ fn another_actors_capture_holds_on_another_head() {
             frames += 1;
             let [smooth, full] = frame.moved.map(|moved| moved / frame.markers.max(1e-12));
             most = [most[0].max(smooth), most[1].max(full)];
-            // The lower lip follows a jaw that goes where no example does, as far as its own open mouth taught
-            // it: by 31 mm in that example.
+            // An open mouth moves the lower lip by 31 mm in an example. So the lip follows a jaw that goes
+            // where no example does.
             let bound = 2.0 * frame.markers + 10.0 / MM;
             beyond = beyond.max(frame.moved[1] - 2.0 * frame.markers);
             assert!(
