@@ -42,8 +42,8 @@ pub struct LeaveOneOut {
     pub faded: Vec<Faded>,
 }
 
-/// A handle around which the linear band is faded to the shell, because left-out examples are predicted no
-/// better with it.
+/// A handle around which the linear band is faded to the shell, because left-out examples are hardly better
+/// with it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Faded {
     /// Its label.
@@ -118,7 +118,7 @@ pub fn evaluate(
         let mut of_examples = Vec::new();
         let mut of_example_maps = Vec::new();
         for (p, name) in rig.examples().names.iter().enumerate() {
-            let distances = |of: &'_ Table<[f64; 3]>| -> Vec<f64> {
+            let distances = |of: &Table<[f64; 3]>| -> Vec<f64> {
                 of.rows().map(|errors| vec3::length(errors[p])).collect()
             };
             let [mut one, mut shell] = [sum(), sum()];

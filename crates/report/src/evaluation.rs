@@ -178,7 +178,7 @@ fn examples(left_out: &LeaveOneOut) -> Markup {
             }
         }
         @if !left_out.faded.is_empty() {
-            p { "Left-out examples are predicted no better than by the shell around these handles, so the linear band is faded there. "
+            p { "The linear band is faded to the shell around these handles: left-out examples are hardly better with it there. "
                 "The list says how much of it is kept." }
             ul.plain { @for faded in &left_out.faded { li { (faded.handle) ", " (format!("{:.0} %", 100.0 * faded.kept)) } } }
         }

@@ -88,7 +88,7 @@ pub struct SolveReport {
     /// chapter's method.
     pub candidates: Vec<Candidate>,
     /// How much of the linear band is kept around each handle, H in 0..1: at 0 the shell is alone, because
-    /// left-out examples are predicted no better there with the band. Empty with the chapter's method.
+    /// left-out examples are hardly better there with the band. Empty with the chapter's method.
     pub kept: Vec<f64>,
     /// The parts without a handle, in the order of their lowest vertices. Empty with the chapter's method.
     pub parts: Vec<FreePart>,

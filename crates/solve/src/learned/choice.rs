@@ -17,6 +17,8 @@ const RIDGES: [f64; 6] = [1e-4, 1e-3, 1e-2, 1e-1, 1.0, NOTHING];
 /// A ridge at which the linear band is a millionth of what it could be, so the shell alone is left.
 const NOTHING: f64 = LearnedSettings::LARGEST_RIDGE;
 
+/// The fewest examples of which one can be left out.
+pub(super) const FEWEST_LEFT_OUT: usize = 2;
 /// The fewest examples from which s, λ and the reach are chosen. Fewer examples predict each other by chance.
 const FEWEST_EXAMPLES: usize = 4;
 /// s, λ and the reach where there are fewer examples. On five heads, they leave least of left-out examples.
@@ -93,7 +95,7 @@ pub(crate) fn choose(
     let shares = tried(settings.share, SHARE_OF_FEW, &SHARES);
     let ridges = tried(settings.ridge, RIDGE_OF_FEW, &RIDGES);
     let reaches = tried(settings.reach, REACH_OF_FEW, &REACHES);
-    if examples < 2 {
+    if examples < FEWEST_LEFT_OUT {
         let only = Candidate {
             share: shares[0],
             ridge: ridges[0],

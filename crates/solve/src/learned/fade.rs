@@ -1,4 +1,5 @@
 //! Where the linear band is faded to the shell, because left-out examples are predicted no better with it.
+use super::choice::{self, FEWEST_LEFT_OUT};
 use super::linear_band::{self, LinearSettings};
 use super::neighborhoods::LinearInfluences;
 use super::vector_strains::VectorStrains;
@@ -8,9 +9,6 @@ use rhytid_kernels::vec3;
 
 /// The number of vertices in the sample.
 const SAMPLES: usize = 4096;
-
-/// The fewest examples for which leaving one out is meaningful.
-const FEWEST_EXAMPLES: usize = 2;
 
 /// A left-out example may be this much worse than with the shell, because the band is needed for mixtures of
 /// the examples, which are not left out.
@@ -28,8 +26,8 @@ pub(crate) struct Fade {
     pub(crate) of_vertices: Vec<f64>,
 }
 
-/// Sums of one handle for each example: W · W of what the shell leaves, W · P and P · P, where P is what the
-/// others predict of it.
+/// Sums around a handle for one example, in mesh units squared: W · W of what the shell leaves, W · P and
+/// P · P, where P is what the other examples predict of it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Sums {
     ww: f64,
@@ -66,11 +64,11 @@ impl Fade {
         let vertices = influences.weights.height();
         let mut fade = Self::whole(handles, vertices);
         let examples = strains.examples();
-        if examples < FEWEST_EXAMPLES {
+        if examples < FEWEST_LEFT_OUT {
             return Ok(fade);
         }
         let sample: Vec<VertexId> =
-            super::choice::sample(area, SAMPLES).into_iter().map(VertexId::from_index).collect();
+            choice::sample(area, SAMPLES).into_iter().map(VertexId::from_index).collect();
         let errors = linear_band::leave_one_out(strains, influences, smooth, settings, &sample)?;
         let anchors = |v: usize| {
             let anchors = move |&(e, w): &(u32, f64)| e >= first_anchor && w > 0.0;
