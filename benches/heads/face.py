@@ -80,6 +80,28 @@ def fewer_markers(face, count):
     return [labels[i] for i in spread(places, list(range(len(labels))), count)]
 
 
+def beside(face, labels):
+    """Points of the skin 1 to 2 mm beside the markers, or as far as the faces around a vertex go.
+
+    Each is three corners of a face, the marker's vertex first, and their weights.
+    """
+    faces = [[int(corner.split("/")[0]) - 1 for corner in line.split()[1:]] for line in face.joined if line[:2] == "f "]
+    around = {}
+    for corners in faces:
+        for i, v in enumerate(corners):
+            around.setdefault(v, []).append((v, corners[(i + 1) % len(corners)], corners[i - 1]))
+    numbers, unit, points = np.random.default_rng(11), 1e-3 / face.metres_per_unit, {}
+    for label in labels:
+        there = around[face.markers[label]]
+        corners = there[numbers.integers(len(there))]
+        a, b, c = face.rest[list(corners)]
+        part = numbers.random()
+        way = part * (b - a) + (1 - part) * (c - a)
+        far = min(numbers.uniform(1, 2) * unit / np.linalg.norm(way), 0.9)
+        points[label] = (corners, (1 - far, far * part, far * (1 - part)))
+    return points
+
+
 def unlike_first(rest, vertices, poses):
     """The poses in the order in which they add most: each is farthest from rest and from all before it."""
     at = np.array([pose.positions[vertices] for pose in poses])

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 import sources
-from face import fewer_markers, flawed
+from face import beside, fewer_markers, flawed
 from measure import Case, errors, measure
 
 METHODS = ["learned", "chapter", "shell", "blendshapes", "components", "components+shell"]
@@ -86,6 +86,22 @@ def markers(program, heads):
     return table.rows
 
 
+def off_vertices(program, heads):
+    """Unseen poses with markers at vertices, and with markers 1 to 2 mm beside them."""
+    columns = ["head", "examples", "markers", "at vertices", "beside them", "taken for vertices"]
+    table = Table("Markers between vertices, unseen poses, learned, RMS in mm", columns)
+    for face in filter(measured, heads):
+        for count in (count for count in (8, 24) if count <= len(face.examples)):
+            labels, examples = list(face.markers), face.examples[:count]
+            points = beside(face, labels)
+            at = Case(examples, labels, face.unseen)
+            between = Case(examples, labels, face.unseen, points=points)
+            taken = Case(examples, labels, face.unseen, points=points, taken_for_vertices=True)
+            found = [errors(measure(program, face, case))["learned"] for case in (at, between, taken)]
+            table.row(face.name, count, len(labels), *found)
+    return table.rows
+
+
 def scans(program, heads):
     """Unseen poses with eight examples, whose scans have noise and slide over the skin."""
     columns = ["head", "noise of scans, mm", "slide, mm", *METHODS]
@@ -98,7 +114,7 @@ def scans(program, heads):
     return table.rows
 
 
-TABLES = {"unseen": unseen, "left-out": left_out, "markers": markers, "scans": scans}
+TABLES = {"unseen": unseen, "left-out": left_out, "markers": markers, "off-vertices": off_vertices, "scans": scans}
 
 
 def main():

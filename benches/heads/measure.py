@@ -20,6 +20,10 @@ class Case:
     poses: list
     # Millimetres, of each axis of each marker in the take.
     noise: float = 0.0
+    # Where the markers are, if they are not at the vertices of the face: three corners and their weights by label.
+    points: dict | None = None
+    # Whether the table of handles says that they are at the vertices nevertheless.
+    taken_for_vertices: bool = False
     # Lines that are added to the project file.
     settings: str = ""
 
@@ -27,9 +31,16 @@ class Case:
 def write(folder, face, case):
     """The files of a case: project, meshes, handles, take and truth."""
     write_obj(folder / "neutral.obj", face.rest, face.joined)
-    vertices = [face.markers[label] for label in case.labels]
-    rows = (f"{label},{v}\n" for label, v in zip(case.labels, vertices))
-    (folder / "markers.csv").write_text("label,vertex\n" + "".join(rows))
+    points = case.points or {label: ([face.markers[label]] * 3, (1, 0, 0)) for label in case.labels}
+    corners = np.array([points[label][0] for label in case.labels])
+    weights = np.array([points[label][1] for label in case.labels])
+    if case.points and not case.taken_for_vertices:
+        table = "label,vertex,vertex_2,vertex_3,weight,weight_2,weight_3\n"
+        for label, three, of_three in zip(case.labels, corners, weights):
+            table += f"{label},{','.join(map(str, three))},{','.join(f'{w:.9g}' for w in of_three)}\n"
+    else:
+        table = "label,vertex\n" + "".join(f"{label},{three[0]}\n" for label, three in zip(case.labels, corners))
+    (folder / "markers.csv").write_text(table)
     project = f'[mesh]\nneutral = "neutral.obj"\nunits = {face.metres_per_unit}\n[handles]\nvertices = "markers.csv"\n{case.settings}\n'
     for example in case.examples:
         write_obj(folder / f"{example.name}.obj", example.positions, face.joined)
@@ -38,7 +49,7 @@ def write(folder, face, case):
     truth = np.array([pose.positions for pose in case.poses])
     np.save(folder / "truth.npy", truth.astype(np.float32))
     numbers = np.random.default_rng(7)
-    markers = truth[:, vertices]
+    markers = np.einsum("fhca,hc->fha", truth[:, corners], weights)
     markers = markers + case.noise * 1e-3 / face.metres_per_unit * numbers.standard_normal(markers.shape)
     header = ["time"] + [f"{label}_{axis}" for label in case.labels for axis in "xyz"]
     with open(folder / "take.csv", "w") as out:

@@ -71,13 +71,12 @@ struct Rig {
           pose_features(read_npy<float>(folder + "/pose_features.npy")),
           rbf_weights(read_npy<float>(folder + "/rbf_weights.npy")),
           handles_over_time(read_npy<float>(folder + "/handles_over_time.npy")),
+          handle_rest(read_npy<float>(folder + "/handle_rest.npy")),
           strain_edges(read_npy<uint32_t>(folder + "/strain_edges.npy")),
           neighbors(read_npy<uint32_t>(folder + "/tangent_neighbors.npy")) {
-        const auto handles = read_npy<uint32_t>(folder + "/handles.npy");
         edges = read_npy<uint32_t>(folder + "/influence_edges.npy");
-        V = rest.size() / 3, H = handles.size(), F = strain_edges.size() / 2;
+        V = rest.size() / 3, H = handle_rest.size() / 3, F = strain_edges.size() / 2;
         K = edges.size() / V, N = pose_features.size() / F;
-        for (uint32_t v : handles) handle_rest.insert(handle_rest.end(), &rest[3 * v], &rest[3 * v] + 3);
         if (handles_over_time.size() != size_t(FRAMES) * 3 * H) fail("expected 32 frames");
 
         const auto triangles = read_npy<uint32_t>(folder + "/triangles.npy");

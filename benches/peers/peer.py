@@ -21,7 +21,6 @@ class Rig:
         for path in folder.glob("*.npy"):
             setattr(self, path.stem, np.load(path))
         self.vertices, self.influences = self.influence_edges.shape
-        self.handle_rest = self.rest[self.handles]
         self.rest_lengths = self.edge_lengths(self.handle_rest[None])[0]
 
     def edge_lengths(self, handles):

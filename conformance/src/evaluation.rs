@@ -39,7 +39,7 @@ impl<T: Real> Results<T> {
 
 /// Runs the references of all kernels, one after the other, on one thread. `handle_positions` is frames × H.
 pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T> {
-    let (vertices, handles) = (rig.vertices(), rig.handles().vertices.len());
+    let (vertices, handles) = (rig.vertices(), rig.handles().len());
     let frames = handle_positions.len() / handles;
     let strain_edges = rig.handles().strain_edges.len();
     let vectors = || vec![[T::ZERO; 3]; frames * vertices];

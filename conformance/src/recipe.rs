@@ -1,8 +1,8 @@
 //! Rigs made of random numbers from fixed seeds, each with something that is hard for a kernel.
 use crate::{Built, Numbers};
 use rhytid_core::{
-    Examples, Faces, FineScale, HandleId, HandleSet, Influences, Learned, Rig, RigParts, StrainEdgeId, Table,
-    UpAxis, VertexId, WrinkleStrains,
+    Examples, Faces, FineScale, HandleId, HandleSet, Influences, Learned, Rig, RigParts, StrainEdgeId,
+    SurfacePoint, Table, UpAxis, VertexId, WrinkleStrains,
 };
 
 /// Sizes of a rig, and of a batch.
@@ -155,7 +155,7 @@ impl Recipe {
             },
             handles: HandleSet {
                 labels: (0..handles).map(|h| format!("m{h}")).collect(),
-                vertices: handle_vertices,
+                points: handle_vertices.into_iter().map(SurfacePoint::from).collect(),
                 rest: handle_rest,
                 strain_edges,
                 rotations: self.rotations,

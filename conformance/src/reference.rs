@@ -32,7 +32,7 @@ impl Found {
 
     /// Frames in the batch.
     pub fn frames(&self) -> usize {
-        self.handle_positions.len() / self.rig.handles().vertices.len()
+        self.handle_positions.len() / self.rig.handles().len()
     }
 
     fn vectors(&self, stage: Stage) -> Vec<[f64; 3]> {
@@ -63,7 +63,7 @@ fn strains(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> Vec<Expected> {
     let lengths = rig.handles().rest_lengths();
     let rest = &rig.handles().rest;
     let mut expected = Vec::new();
-    for p in handle_positions.chunks_exact(rig.handles().vertices.len()) {
+    for p in handle_positions.chunks_exact(rig.handles().len()) {
         for (&edge, &l) in rig.handles().strain_edges.iter().zip(&lengths) {
             let [a, b] = edge.map(rhytid_core::HandleId::index);
             let (e, e_rest) = (vec3::sub(p[a], p[b]), vec3::sub(rest[a], rest[b]));
@@ -94,7 +94,7 @@ fn of_vertices(
 
 fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
-    let handles = rig.handles().vertices.len();
+    let handles = rig.handles().len();
     let motions = rig.handles().motions(&found.handle_positions);
     let center = motions.center.map(|v| rig.surface().rest[v.index()]);
     // Rows of H vectors. The rows of a frame follow one another.

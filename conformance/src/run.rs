@@ -99,9 +99,9 @@ pub(crate) async fn examine(
     reference: ReferenceOf,
 ) -> Result<[Examined; 6]> {
     let Built { rig, handle_positions } = built;
-    let batch = Batch { handles: rig.handles().vertices.len(), positions: &handle_positions };
+    let batch = Batch { handles: rig.handles().len(), positions: &handle_positions };
     let other = batch.other(case.options.max_frames);
-    let other = Batch { handles: rig.handles().vertices.len(), positions: &other };
+    let other = Batch { handles: rig.handles().len(), positions: &other };
 
     other.evaluate(session)?;
     let stages = batch.evaluate_and_read(session).await?;

@@ -27,6 +27,6 @@ fn main() -> Result<()> {
     }
     let rig = solve(&face, &Lines)?.rounded()?;
     rig_file::write(&path, &rig)?;
-    println!("{}: {} vertices, {} handles", path.display(), rig.vertices(), rig.handles().vertices.len());
+    println!("{}: {} vertices, {} handles", path.display(), rig.vertices(), rig.handles().len());
     Ok(())
 }

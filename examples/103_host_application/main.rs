@@ -22,11 +22,11 @@ fn main() -> Result<()> {
 
     let mut positions = Vec::new();
     let start = Instant::now();
-    for frame in handles.chunks_exact(3 * rig.handles().vertices.len()) {
+    for frame in handles.chunks_exact(3 * rig.handles().len()) {
         animator.evaluate(frame)?;
         animator.read(Stage::Positions, &mut positions)?;
     }
     let each = start.elapsed() / take.frames() as u32;
-    println!("{} frames of {} markers, {each:.2?} each", take.frames(), rig.handles().vertices.len());
+    println!("{} frames of {} markers, {each:.2?} each", take.frames(), rig.handles().len());
     Ok(())
 }

@@ -31,7 +31,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let camera = Camera::framing(&rig.surface().rest, rig.surface().up_axis, view, 0.75);
 
     // Once a frame: send the markers, then draw from the buffers that hold the results.
-    for frame in handles.chunks(3 * rig.handles().vertices.len()).take(80) {
+    for frame in handles.chunks(3 * rig.handles().len()).take(80) {
         animator.evaluate(frame)?;
         renderer.show(&camera, 0.75, Look::Smooth);
         host.frame(|pass| {

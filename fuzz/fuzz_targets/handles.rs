@@ -8,7 +8,7 @@ use std::collections::HashSet;
 fuzz_target!(|bytes: &[u8]| match decode_handles(bytes, "fuzz") {
     Ok(handles) => {
         assert!(!handles.labels.is_empty());
-        assert_eq!(handles.labels.len(), handles.vertices.len());
+        assert_eq!(handles.labels.len(), handles.len());
         assert_eq!(handles.labels.iter().collect::<HashSet<_>>().len(), handles.labels.len());
         assert!(handles.labels.iter().all(|label| !label.is_empty()));
     }

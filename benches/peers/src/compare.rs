@@ -230,7 +230,7 @@ mod tests {
         let rig: Rig = rhytid_solve::solve(&rig::face(1500), &NoProgress).unwrap().rounded().unwrap();
         let handles = rig::handles_over_time(&rig, FRAMES).unwrap();
         let folder = folder::write(&rig, &handles).unwrap();
-        let shape = [rig.vertices(), rig.handles().vertices.len()];
+        let shape = [rig.vertices(), rig.handles().len()];
         assert_eq!(read_array(folder.path(), "basis", &shape, "a").unwrap(), rig.basis().as_slice());
         let error = read_array(folder.path(), "basis", &shape[..1], "a").unwrap_err().to_string();
         assert!(error.contains("a: basis has shape"), "{error}");

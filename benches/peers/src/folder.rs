@@ -17,7 +17,7 @@ pub(crate) fn write(rig: &Rig, handles_over_time: &[f32]) -> Result<TempDir> {
     let path = folder.path();
     write_array(path, "rest", surface.rest.as_flattened(), &[v, 3])?;
     write_array(path, "triangles", surface.triangles.as_flattened(), &[surface.triangles.len(), 3])?;
-    write_array(path, "handles", VertexId::numbers(&handles.vertices), &[h])?;
+    write_array(path, "handle_rest", handles.rest.as_flattened(), &[h, 3])?;
     write_table(path, "basis", rig.basis())?;
     write_array(path, "strain_edges", handles.edge_numbers().as_flattened(), &[f, 2])?;
     write_table(path, "influence_edges", &influences.edges.map(|e| e.0))?;

@@ -143,7 +143,7 @@ fn measure(args: &Args, chosen: &[Implementation]) -> Result<Report> {
     Ok(Report {
         rig: args.rig.display().to_string(),
         vertices: rig.vertices(),
-        handles: rig.handles().vertices.len(),
+        handles: rig.handles().len(),
         strain_edges: rig.handles().strain_edges.len(),
         centers: rig.centers(),
         influences: rig.influences().per_vertex(),

@@ -33,7 +33,7 @@ pub(crate) fn handles_over_time(rig: &Rig, frames: usize) -> Result<Vec<f32>> {
             rig.surface().name
         )));
     }
-    let mut positions = Vec::with_capacity(frames * rig.handles().vertices.len() * 3);
+    let mut positions = Vec::with_capacity(frames * rig.handles().len() * 3);
     for frame in 0..frames {
         let time = frame as f32 / frames as f32;
         let weight = |j: usize| (PI * (time + (j + 1) as f32 / (2 * examples.len()) as f32)).sin().powi(2);

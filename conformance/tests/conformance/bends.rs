@@ -23,7 +23,7 @@ fn face(positions: Vec<[f64; 3]>, triangles: &[[u32; 3]], vertices: Vec<u32>) ->
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: (0..vertices.len()).map(|i| format!("h{i}")).collect(),
-            vertices: vertices.into_iter().map(VertexId).collect(),
+            points: vertices.into_iter().map(|v| VertexId(v).into()).collect(),
         },
         examples: Vec::new(),
         settings: Settings::default(),
@@ -77,7 +77,7 @@ impl Body {
     }
 
     fn handles(&self) -> Vec<[f64; 3]> {
-        self.face.handles.vertices.iter().map(|&v| self.bent[v.index()]).collect()
+        self.face.handles.points.iter().map(|point| point.at(&self.bent)).collect()
     }
 
     /// RMS and largest distance from the exact shape, and the mean and largest change of an area and of an
@@ -172,7 +172,7 @@ fn what_is_rigid_already_is_not_changed_and_markers_are_met() {
     let turn = |x: &[f64; 3]| [cosine * x[0] - sine * x[1] + 3.0, sine * x[0] + cosine * x[1], x[2]];
     let turned: Vec<[f64; 3]> = rig.surface().rest.iter().map(turn).collect();
     let at = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
-        rig.handles().vertices.iter().map(|&v| positions[v.index()]).collect()
+        rig.handles().points.iter().map(|point| point.at(positions)).collect()
     };
     let mut found = turned.clone();
     assert_eq!(refine.frame(&at(&turned), &mut found), 1);

@@ -36,7 +36,7 @@ fn the_first_expression_is_the_frame_that_is_farthest_from_all_examples() {
     let found = coverage(rig, &take, 5).unwrap();
 
     let at_handles =
-        |p: &[[f64; 3]]| rig.handles().vertices.iter().map(|&v| p[v.index()]).collect::<Vec<_>>();
+        |p: &[[f64; 3]]| rig.handles().points.iter().map(|point| point.at(p)).collect::<Vec<_>>();
     let mut known = vec![vec![0.0; rig.handles().strain_edges.len()]];
     known.extend(face.examples.iter().map(|e| strains(rig, &at_handles(&e.positions))));
     let nearest = |known: &[Vec<f64>], frame_strains: &[f64]| {

@@ -29,7 +29,7 @@ fn the_examples_parts_are_the_detail() {
     for (name, rig) in rigs {
         let wide_rig: Rig<f64> = rig.widened();
         let positions = take.handle_positions(&rig.handles().labels).unwrap();
-        let frames = positions.chunks_exact(3 * rig.handles().vertices.len());
+        let frames = positions.chunks_exact(3 * rig.handles().len());
         let mut largest = 0.0_f64;
         for frame in frames.step_by(60) {
             let (handles, _) = frame.as_chunks::<3>();
@@ -55,8 +55,7 @@ fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
             let distance = explanation.examples[p].distance;
             assert!(distance < 1e-5, "{name}: example {p} is {distance} from itself");
         }
-        let rest: Vec<[f32; 3]> =
-            rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+        let rest: Vec<[f32; 3]> = rig.handles().rest.clone();
         let explanation = rig.explain(v, &rest).unwrap();
         // The chapter's weights cancel there, up to their ridge.
         let wrinkle = size(explanation.wrinkle());
@@ -65,7 +64,7 @@ fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
         assert!(explanation.edges.iter().all(|edge| edge.strain.abs() < 1e-6));
         assert!(explanation.edges.windows(2).all(|pair| pair[0].weight >= pair[1].weight));
         // A handle follows itself alone.
-        let own = rig.explain(rig.handles().vertices[3].index(), &rest).unwrap();
+        let own = rig.explain(rig.handles().points[3].nearest_vertex().index(), &rest).unwrap();
         assert_eq!(own.handles, [HandleShare { handle: HandleId(3), weight: 1.0 }], "{name}");
     }
 }
@@ -73,7 +72,7 @@ fn an_example_is_no_distance_from_itself_and_rest_from_rest() {
 #[test]
 fn what_is_not_there_is_a_sentence() {
     let rig = rigs().1.remove(0).1;
-    let rest: Vec<[f32; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+    let rest: Vec<[f32; 3]> = rig.handles().rest.clone();
     let error = rig.explain(rig.vertices(), &rest).unwrap_err().to_string();
     assert!(error.contains("the rig's vertices are 0 to"), "{error}");
     let error = rig.explain(0, &rest[1..]).unwrap_err().to_string();

@@ -90,7 +90,7 @@ fn solve_case(case: &Case) -> Rig<f64> {
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: (0..case.handles.len()).map(|h| format!("m{h}")).collect(),
-            vertices: case.handles.iter().copied().map(VertexId).collect(),
+            points: case.handles.iter().copied().map(|v| VertexId(v).into()).collect(),
         },
         examples: (0..)
             .zip(&case.poses)

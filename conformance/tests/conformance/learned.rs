@@ -16,7 +16,7 @@ use std::path::Path;
 /// Positions of the large scale and of all, frames × V, from the CPU backend with inputs in f32.
 fn on_cpu(rig: &Rig<f64>, handle_positions: &[[f64; 3]]) -> [Vec<f32>; 2] {
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
-    let frames = handle_positions.len() / rig.handles().vertices.len();
+    let frames = handle_positions.len() / rig.handles().len();
     let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(frames)).unwrap();
     let positions: Vec<f32> = handle_positions.as_flattened().iter().map(|&x| x as f32).collect();
     animator.evaluate(&positions).unwrap();
@@ -72,7 +72,7 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
     let chosen = report.candidates[0];
     assert_eq!((chosen.share, chosen.ridge, chosen.reach), (0.3, 1e-4, 1.5));
 
-    let rest: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().rest.clone();
     let at_rest = evaluate(&rig, &rest).positions;
     assert!(worst_difference(at_rest.as_flattened(), rig.surface().rest.as_flattened()).size < 1e-12);
     let [_, at_rest] = on_cpu(&rig, &rest);
@@ -80,7 +80,7 @@ fn the_learned_method_is_three_times_closer_to_the_truth() {
     assert!(off < 1e-6, "cpu:0 is off by {off} of the diagonal at rest");
     for example in &face.examples {
         let handles: Vec<[f64; 3]> =
-            rig.handles().vertices.iter().map(|&v| example.positions[v.index()]).collect();
+            rig.handles().points.iter().map(|point| point.at(&example.positions)).collect();
         let [_, on_cpu] = on_cpu(&rig, &handles);
         let off = 10.0 * worst_difference(&on_cpu, example.positions.as_flattened()).size;
         println!("{}: {off:.4} mm", example.name);
@@ -128,7 +128,7 @@ fn mirror_images_are_examples_like_others() {
 /// backend.
 fn off_the_truth(shared: &Path, rig: &Rig<f64>) -> (f64, f64) {
     let (frames, truth) = real::truth(shared);
-    let (markers, count) = (real::clean_handles(shared, rig), rig.handles().vertices.len());
+    let (markers, count) = (real::clean_handles(shared, rig), rig.handles().len());
     let at_frames: Vec<[f64; 3]> =
         frames.iter().flat_map(|frame| markers[frame * count..][..count].to_vec()).collect();
     let [_, on_cpu] = on_cpu(rig, &at_frames);

@@ -19,7 +19,7 @@ fn play(rig: &Rig<f64>, handle_positions: &[[f64; 3]], mut each: impl FnMut(usiz
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(BATCH)).unwrap();
     let mut found = Vec::new();
-    for (i, frames) in handle_positions.chunks(BATCH * rig.handles().vertices.len()).enumerate() {
+    for (i, frames) in handle_positions.chunks(BATCH * rig.handles().len()).enumerate() {
         let positions: Vec<f32> = frames.as_flattened().iter().map(|&x| x as f32).collect();
         animator.evaluate(&positions).unwrap();
         animator.read(Stage::Positions, &mut found).unwrap();
@@ -38,7 +38,7 @@ fn widened(p: [f32; 3]) -> [f64; 3] {
 }
 
 fn at_rest(rig: &Rig<f64>) -> Vec<[f64; 3]> {
-    rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect()
+    rig.handles().rest.clone()
 }
 
 /// A normally distributed number with the standard deviation 1: the sum of twelve numbers in 0..1, less 6.
@@ -50,7 +50,7 @@ fn normal(numbers: &mut Numbers) -> f64 {
 fn noise_of_the_markers_stays_noise() {
     let Some(shared) = shared("") else { return };
     let rig = solve(&real::face(&shared, "face", Settings::default()), &NoProgress).unwrap();
-    let count = rig.handles().vertices.len();
+    let count = rig.handles().len();
     let clean: Vec<[f64; 3]> =
         real::clean_handles(&shared, &rig).chunks_exact(count).step_by(40).flatten().copied().collect();
     let mut numbers = Numbers::new(7);
@@ -76,7 +76,7 @@ fn noise_of_the_markers_stays_noise() {
 fn thrown_markers_give_a_bounded_face() {
     let Some(shared) = shared("") else { return };
     let rig = solve(&real::face(&shared, "face", Settings::default()), &NoProgress).unwrap();
-    let (rest, count) = (at_rest(&rig), rig.handles().vertices.len());
+    let (rest, count) = (at_rest(&rig), rig.handles().len());
     let clean: Vec<[f64; 3]> =
         real::clean_handles(&shared, &rig).chunks_exact(count).step_by(200).flatten().copied().collect();
     let mut numbers = Numbers::new(11);
@@ -137,7 +137,7 @@ fn teeth_and_eyes_stay_what_they_are() {
         solve_in_full(&real::face(&shared, "head", Settings::default()), false, &NoProgress).unwrap();
     let rigid: Vec<_> = report.parts.iter().filter(|part| part.rigid).collect();
     assert!(rigid.len() > 20, "only {} parts are rigid", rigid.len());
-    let count = rig.handles().vertices.len();
+    let count = rig.handles().len();
     let frames: Vec<[f64; 3]> =
         real::clean_handles(&shared, &rig).chunks_exact(count).step_by(100).flatten().copied().collect();
     let mut worst = 0.0_f64;
@@ -205,7 +205,7 @@ fn examples_in_other_places_are_put_back() {
     // The face is the head's first part. Only the face has a truth.
     let (frames, truth) = real::truth(&shared);
     let handles = real::clean_handles(&shared, &as_it_was);
-    let count = as_it_was.handles().vertices.len();
+    let count = as_it_was.handles().len();
     let chosen: Vec<[f64; 3]> =
         frames.iter().flat_map(|&f| &handles[f * count..][..count]).copied().collect();
     let errors = |rig: &Rig<f64>| {

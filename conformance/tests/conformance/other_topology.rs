@@ -28,7 +28,7 @@ fn apart(a: [f64; 3], b: [f64; 3]) -> f64 {
 }
 
 fn at_handles(face: &Face, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
+    face.handles.points.iter().map(|point| point.at(positions)).collect()
 }
 
 /// The largest distance between corresponding points.
@@ -74,7 +74,7 @@ fn makehuman(shared: &Path, count: usize) -> Face {
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: (0..count).map(|h| format!("m{h}")).collect(),
-            vertices: handles.into_iter().map(VertexId::from_index).collect(),
+            points: handles.into_iter().map(|v| VertexId::from_index(v).into()).collect(),
         },
         examples,
         settings: Settings::default(),
@@ -182,7 +182,7 @@ struct Held {
 }
 
 fn held(rig: &Rig<f64>, handles: &[[f64; 3]]) -> Vec<Held> {
-    let rest: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().rest.clone();
     let shell = played(&rig.clone().shell().unwrap(), handles, OutputStage::Shell);
     let smooth = played(rig, handles, OutputStage::LargeScale);
     let full = played(rig, handles, OutputStage::Full);
@@ -281,7 +281,7 @@ fn mixtures_of_the_examples_are_what_they_are_mixed_of() {
         let rig = solve(face, &NoProgress).unwrap();
         let mut squares = 0.0;
         for mixture in &mixtures {
-            let handles: Vec<[f64; 3]> = rig.handles().vertices.iter().map(|&v| mixture[v.index()]).collect();
+            let handles: Vec<[f64; 3]> = rig.handles().points.iter().map(|point| point.at(mixture)).collect();
             let found = evaluate(&rig, &handles).positions;
             squares += found.iter().zip(mixture).map(|(a, b)| apart(*a, *b).powi(2)).sum::<f64>();
         }

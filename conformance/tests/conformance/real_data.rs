@@ -3,9 +3,7 @@
 use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{
-    Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions, VertexId,
-};
+use rhytid_core::{Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use std::path::Path;
@@ -16,21 +14,17 @@ const MM: f64 = 10.0;
 /// Vertices of the face that are compared with the truth: the skin without its inner rims.
 const COMPARED: usize = 6706;
 
-fn at_handles<T: Copy>(handles: &[VertexId], positions: &[T]) -> Vec<T> {
-    handles.iter().map(|v| positions[v.index()]).collect()
-}
-
 /// Asserts that each example's own markers reproduce it, and that every marker of the take is met in every
 /// frame. The limit is 0.01 mm.
 fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
-    let h = rig.handles().vertices.len();
+    let h = rig.handles().len();
     let batch = 31;
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = Animator::new(&cpu, &rig.rounded().unwrap(), UploadOptions::frames(batch)).unwrap();
     let mut found = Vec::new();
     let mut compared = 0;
     for example in &face.examples {
-        let handles = at_handles(&rig.handles().vertices, &example.positions);
+        let handles = rig.handles().at(&example.positions);
         let results = evaluate(rig, &handles);
         let handles: Vec<f32> = handles.as_flattened().iter().map(|&x| x as f32).collect();
         animator.evaluate(&handles).unwrap();
@@ -71,7 +65,7 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
             let at: Vec<f32> = found
                 .chunks_exact(3 * rig.vertices())
                 .flat_map(|frame| {
-                    rig.handles().vertices.iter().flat_map(|&v| frame[3 * v.index()..][..3].to_vec())
+                    rig.handles().points.iter().flat_map(|point| point.at(frame.as_chunks::<3>().0))
                 })
                 .collect();
             *worst = worst.max(MM * worst_difference(&at, frames).size);
@@ -112,7 +106,7 @@ fn errors_to_the_truth(shared: &Path, rig: &Rig<f64>) -> [f64; 2] {
     let markers = real::clean_handles(shared, rig);
     let mut sums = [0.0; 2];
     for (&frame, truth) in frames.iter().zip(truth.chunks_exact(9409 * 3)) {
-        let h = rig.handles().vertices.len();
+        let h = rig.handles().len();
         let results = evaluate(rig, &markers[frame * h..][..h]);
         for (sum, positions) in sums.iter_mut().zip([&results.large_scale, &results.positions]) {
             let compared = positions[..COMPARED].as_flattened().iter().zip(truth);

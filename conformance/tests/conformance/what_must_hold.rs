@@ -14,7 +14,7 @@ fn solved(face: &Face) -> Rig<f64> {
 }
 
 fn at_handles(face: &Face, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
+    face.handles.points.iter().map(|point| point.at(positions)).collect()
 }
 
 /// Handle positions at some distance from rest.
@@ -46,9 +46,14 @@ proptest! {
     #[test]
     fn rows_at_handles_are_the_identity_and_driven_rows_sum_to_one(face in faces()) {
         let rig = solved(&face);
-        for (i, &v) in rig.handles().vertices.iter().enumerate() {
-            for (j, &b) in rig.basis().row(v.index()).iter().enumerate() {
-                prop_assert_eq!(b, if i == j { 1.0 } else { 0.0 });
+        for (i, point) in rig.handles().points.iter().enumerate() {
+            for j in 0..rig.handles().len() {
+                let expected = if i == j { 1.0 } else { 0.0 };
+                let found: f64 = point.corners().map(|(v, weight)| weight * rig.basis().row(v.index())[j]).sum();
+                match point.vertex() {
+                    Some(_) => prop_assert_eq!(found, expected),
+                    None => prop_assert!((found - expected).abs() < 1e-10, "{found} instead of {expected}"),
+                }
             }
         }
         let mut seen = 0;
@@ -68,8 +73,10 @@ proptest! {
         let rig = solved(&face);
         let pose = some_pose(&face, seed);
         let results = evaluate(&rig, &pose);
-        prop_assert!(worst(&at_handles(&face, &results.large_scale), &pose) < 1e-13 * size(&face));
-        prop_assert!(worst(&at_handles(&face, &results.positions), &pose) < 1e-12 * size(&face));
+        let all_at_vertices = face.handles.points.iter().all(|point| point.vertex().is_some());
+        let [of_shell, of_all] = if all_at_vertices { [1e-13, 1e-12] } else { [1e-11, 1e-11] };
+        prop_assert!(worst(&at_handles(&face, &results.large_scale), &pose) < of_shell * size(&face));
+        prop_assert!(worst(&at_handles(&face, &results.positions), &pose) < of_all * size(&face));
     }
 
     #[test]
@@ -78,12 +85,18 @@ proptest! {
         for example in &face.examples {
             let results = evaluate(&rig, &at_handles(&face, &example.positions));
             let mut seen = 0;
-            for v in (0..rig.vertices()).filter(|&v| driven(&rig, v) && told_apart(&rig, v, 1e-3)) {
+            // The chapter's method learns nothing at the corners of a handle's triangle.
+            let is_corner = |v: usize| {
+                let mut inside = rig.handles().points.iter().filter(|point| point.vertex().is_none());
+                inside.any(|point| point.has(VertexId::from_index(v)))
+            };
+            let is_told = |v: usize| driven(&rig, v) && told_apart(&rig, v, 1e-3);
+            for v in (0..rig.vertices()).filter(|&v| is_told(v) && !is_corner(v)) {
                 seen += 1;
                 let error = worst(&[results.positions[v]], &[example.positions[v]]);
                 prop_assert!(error < 1e-8 * size(&face), "{} is off by {error} at {v}", example.name);
             }
-            prop_assert!(seen > rig.vertices() / 2, "only {seen} vertices tell the poses apart");
+            prop_assert!(seen > rig.vertices() / 3, "only {seen} vertices tell the poses apart");
         }
     }
 
@@ -148,7 +161,8 @@ proptest! {
         let mut other = face.clone();
         other.neutral.positions = renumber(&face.neutral.positions);
         other.neutral.faces.indices.iter_mut().for_each(|v| *v = to[*v as usize] as u32);
-        other.handles.vertices.iter_mut().for_each(|v| *v = VertexId::from_index(to[v.index()]));
+        let number = |v: VertexId| VertexId::from_index(to[v.index()]);
+        other.handles.points.iter_mut().for_each(|point| *point = point.renamed(number));
         other.examples.iter_mut().for_each(|e: &mut Example| e.positions = renumber(&e.positions));
         let pose = some_pose(&face, seed);
         let expected = evaluate(&solved(&face), &pose);

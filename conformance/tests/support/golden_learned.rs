@@ -54,7 +54,7 @@ pub(crate) fn face(case: &Value) -> Face {
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: (0..handles.len()).map(|h| format!("h{h}")).collect(),
-            vertices: handles.into_iter().map(VertexId).collect(),
+            points: handles.into_iter().map(|v| VertexId(v).into()).collect(),
         },
         examples: poses
             .map(|(p, pose)| Example { name: format!("p{p}"), positions: vectors(pose), mirror: false })
@@ -116,7 +116,7 @@ pub(crate) fn check(device: &Device, cases: &[Value]) -> Result<(), String> {
             }
         }
         let rest: Vec<[f64; 3]> =
-            face.handles.vertices.iter().map(|&v| face.neutral.positions[v.index()]).collect();
+            face.handles.points.iter().map(|point| point.at(&face.neutral.positions)).collect();
         let off = part(&read(&rest, Stage::Positions)?, face.neutral.positions.as_flattened());
         if off.is_nan() || off > AT_REST {
             return Err(format!("learned-{i}: the rest pose is off by {off:.1e} of the diagonal"));

@@ -38,7 +38,7 @@ impl Head {
         let rig: Rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let reference = rig.widened();
         let take = clean_take(&shared, &reference).handle_positions(&rig.handles().labels).unwrap();
-        let frame = rig.handles().vertices.len() * 3;
+        let frame = rig.handles().len() * 3;
         let handle_positions: Vec<f32> =
             take.chunks_exact(frame).step_by(EVERY).flat_map(<[f32]>::to_vec).collect();
         assert_eq!(handle_positions.len(), 81 * frame);
@@ -59,15 +59,14 @@ impl Head {
         let mut animator = device.upload(&self.rig, UploadOptions::frames(BATCH)).map_err(of_device)?;
         let mut positions = Vec::new();
         let mut worst: f64 = 0.0;
-        let batches = self.handle_positions.chunks(BATCH * self.rig.handles().vertices.len() * 3);
+        let batches = self.handle_positions.chunks(BATCH * self.rig.handles().len() * 3);
         for (batch, expected) in batches.zip(self.expected.chunks(BATCH)) {
             animator.evaluate(batch).map_err(of_device)?;
             animator.read(Stage::Positions, &mut positions).map_err(of_device)?;
             let expected: Vec<f64> = expected.iter().flatten().flatten().copied().collect();
             worst = worst.max(worst_difference(&positions, &expected).size);
         }
-        let rest: Vec<f32> =
-            self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]).collect();
+        let rest: Vec<f32> = self.rig.handles().rest.iter().flatten().copied().collect();
         animator.evaluate(&rest).map_err(of_device)?;
         animator.read(Stage::Positions, &mut positions).map_err(of_device)?;
         let expected: Vec<f64> =

@@ -1,7 +1,10 @@
 //! Random faces for property tests: sheets with holes, obtuse triangles and several components.
 use proptest::prelude::*;
 use rhytid_conformance::Numbers;
-use rhytid_core::{Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, Settings, UpAxis, VertexId};
+use rhytid_core::{
+    Example, Face, Faces, Handles, LearnedSettings, Mesh, Method, Settings, SurfacePoint, UpAxis, VertexId,
+    WrinkleStrains,
+};
 
 /// A sheet of about `n × n` sheared and jittered vertices with a hole, triangles and quads.
 fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &mut Numbers) {
@@ -35,8 +38,31 @@ fn add_sheet(mesh: &mut Mesh, n: usize, center: [f64; 3], shear: f64, numbers: &
     }
 }
 
-/// A face of two driven sheets, one sheet without handles and an isolated vertex.
-pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, shear: f64) -> Face {
+/// A point inside a face of which at most one corner is `taken`, or on an edge of it.
+fn inside_a_face(mesh: &Mesh, driven: usize, taken: &[bool], numbers: &mut Numbers) -> Option<SurfacePoint> {
+    let faces: Vec<&[u32]> = mesh.faces.iter().collect();
+    let face = faces[numbers.below(faces.len())];
+    let corners = [face[0], face[1], face[2]];
+    let is_taken = corners.iter().filter(|v| taken[**v as usize]).count() > 1;
+    if is_taken || corners.iter().any(|&v| v as usize >= driven) {
+        return None;
+    }
+    let on_an_edge = numbers.below(4) == 0;
+    let weights =
+        [0.1 + numbers.unit(), 0.1 + numbers.unit(), if on_an_edge { 0.0 } else { 0.1 + numbers.unit() }];
+    SurfacePoint::new(corners.map(VertexId), weights)
+}
+
+/// A face of two driven sheets, one sheet without handles and an isolated vertex. With `inside`, half of the
+/// handles are inside triangles.
+pub(crate) fn random_face(
+    seed: u64,
+    n: usize,
+    handles: usize,
+    examples: usize,
+    shear: f64,
+    inside: bool,
+) -> Face {
     let mut numbers = Numbers::new(seed);
     let mut mesh = Mesh { faces: Faces::default(), ..Mesh::default() };
     add_sheet(&mut mesh, n, [0.0; 3], shear, &mut numbers);
@@ -46,11 +72,22 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
     mesh.positions.push([5.0, 5.0, 5.0]);
 
     // At least one handle on each driven sheet.
-    let mut vertices = vec![numbers.below(n * n) as u32, (n * n + numbers.below(25)) as u32];
-    while vertices.len() < handles {
-        let v = numbers.below(driven) as u32;
-        if !vertices.contains(&v) {
-            vertices.push(v);
+    let mut points: Vec<SurfacePoint> =
+        [numbers.below(n * n), n * n + numbers.below(25)].map(|v| VertexId::from_index(v).into()).to_vec();
+    let mut taken = vec![false; mesh.positions.len()];
+    points.iter().for_each(|point| taken[point.nearest_vertex().index()] = true);
+    let mut tries = 0;
+    while points.len() < handles && tries < 1000 {
+        tries += 1;
+        let point = if inside && points.len().is_multiple_of(2) {
+            inside_a_face(&mesh, driven, &taken, &mut numbers)
+        } else {
+            let v = numbers.below(driven);
+            (!taken[v]).then(|| VertexId::from_index(v).into())
+        };
+        if let Some(point) = point {
+            point.corners().for_each(|(v, _)| taken[v.index()] = true);
+            points.push(point);
         }
     }
     let examples = (0..examples)
@@ -76,10 +113,7 @@ pub(crate) fn random_face(seed: u64, n: usize, handles: usize, examples: usize, 
         neutral: mesh,
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
-        handles: Handles {
-            labels: (0..vertices.len()).map(|h| format!("m{h}")).collect(),
-            vertices: vertices.into_iter().map(VertexId).collect(),
-        },
+        handles: Handles { labels: (0..points.len()).map(|h| format!("m{h}")).collect(), points },
         examples,
         // Not aligned: any rigid motion that fits random examples to the neutral is chance.
         settings: Settings {
@@ -102,16 +136,17 @@ pub(crate) fn faces_for_both_methods() -> impl Strategy<Value = Face> {
         marker_noise: 0.0,
         ..LearnedSettings::default()
     };
-    (faces(), prop_oneof![Just(Method::Chapter), Just(Method::Learned(learned))]).prop_map(
-        |(mut face, method)| {
-            face.settings.method = method;
-            face
-        },
-    )
+    let lengths = LearnedSettings { wrinkle_strains: WrinkleStrains::Lengths, ..learned };
+    let methods = [Method::Chapter, Method::Learned(learned), Method::Learned(lengths)];
+    (faces(), prop::sample::select(methods.to_vec())).prop_map(|(mut face, method)| {
+        face.settings.method = method;
+        face
+    })
 }
 
 /// Faces of every kind that [`random_face`] makes, for the chapter's method.
 pub(crate) fn faces() -> impl Strategy<Value = Face> {
-    (any::<u64>(), 5usize..11, 4usize..14, 0usize..5, -1.5f64..1.5)
-        .prop_map(|(seed, n, handles, examples, shear)| random_face(seed, n, handles, examples, shear))
+    (any::<u64>(), 5usize..11, 4usize..14, 0usize..5, -1.5f64..1.5, any::<bool>()).prop_map(
+        |(seed, n, handles, examples, shear, inside)| random_face(seed, n, handles, examples, shear, inside),
+    )
 }

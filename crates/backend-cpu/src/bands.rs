@@ -66,7 +66,7 @@ impl Bands {
         let example_weights = tiled3(half.as_slice(), centers - 1);
         Some(Self {
             centers,
-            handles: rig.handles().vertices.len(),
+            handles: rig.handles().len(),
             strain_edges: rig.handles().edge_numbers().to_vec(),
             feature_lengths: rig.handles().feature_lengths().iter().map(|&length| length as f32).collect(),
             example_vectors: rig.example_vectors().into_vec(),

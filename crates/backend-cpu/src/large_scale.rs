@@ -34,7 +34,7 @@ enum Rows {
 
 impl Basis {
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
-        let (vertices, handles) = (rig.vertices(), rig.handles().vertices.len());
+        let (vertices, handles) = (rig.vertices(), rig.handles().len());
         let rows = match storage {
             BasisStorage::F32 => {
                 let mut rows = vec![PanelRows::ZERO; vertices.div_ceil(PANEL) * handles];

@@ -173,7 +173,7 @@ mod tests {
     ) -> Vec<Vec<u32>> {
         let mut session = CpuSession::new(rig, UploadOptions { max_frames: frames, basis });
         session.rig.vectors = vectors;
-        let positions = &handles[..frames * rig.handles().vertices.len() * 3];
+        let positions = &handles[..frames * rig.handles().len() * 3];
         session.evaluate(HandleFrames { positions, frames }).unwrap();
         let read = |stage| {
             let mut out = Vec::new();
@@ -196,7 +196,7 @@ mod tests {
         kinds.extend(pulp::x86::V3::try_new().map(Vectors::Avx2));
         for basis in [BasisStorage::F32, BasisStorage::F16] {
             let mut one_by_one: Vec<Vec<u32>> = vec![Vec::new(); 6];
-            for frame in handles.chunks_exact(rig.handles().vertices.len() * 3) {
+            for frame in handles.chunks_exact(rig.handles().len() * 3) {
                 let stages = stages(&rig, frame, 1, basis, Vectors::Widest);
                 one_by_one.iter_mut().zip(stages).for_each(|(all, stage)| all.extend(stage));
             }
@@ -223,7 +223,7 @@ mod tests {
             rhytid_demo::performance(&face).slice(0..9).handle_positions(&rig.handles().labels).unwrap();
         let mut session = CpuSession::new(&rig, UploadOptions::frames(9));
         session.evaluate(HandleFrames { positions: &handles, frames: 9 }).unwrap();
-        let (_, last) = handles.split_at(7 * rig.handles().vertices.len() * 3);
+        let (_, last) = handles.split_at(7 * rig.handles().len() * 3);
         session.evaluate(HandleFrames { positions: last, frames: 2 }).unwrap();
         let expected = stages(&rig, last, 2, BasisStorage::F32, Vectors::Widest);
         for (stage, expected) in Stage::ALL.into_iter().zip(expected) {
@@ -241,7 +241,7 @@ mod tests {
         let bound = BasisStorage::F16.largest_error(&rig) as f32;
         assert!(BasisStorage::F32.largest_error(&rig) == 0.0);
         let frames = 64;
-        let rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
+        let rest = rig.handles().rest.iter().flatten().copied();
         let sign = |i: usize| if ((i * 2_654_435_761) >> 7) & 1 == 0 { 1.0 } else { -1.0 };
         let handles: Vec<f32> =
             (0..frames).flat_map(|_| rest.clone()).enumerate().map(|(i, x)| x + sign(i)).collect();

@@ -53,8 +53,9 @@ impl UploadedRig {
         let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
         let tangent_neighbors = VertexId::numbers(&rig.surface().tangent_neighbors);
         let rotations = Rotations::new(rig.handles());
-        let center =
-            rotations.as_ref().map_or(0, |rotations| rig.handles().vertices[rotations.center()].index());
+        let center = rotations
+            .as_ref()
+            .map_or(0, |rotations| rig.handles().points[rotations.center()].nearest_vertex().index());
         Self {
             vectors: Vectors::Widest,
             rest: rig.surface().rest.clone(),

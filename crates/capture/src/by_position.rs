@@ -45,15 +45,14 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
     let face = face_of(rig);
     let pairs = named
         .iter()
-        .zip(&rig.handles().vertices)
-        .filter_map(|(column, v)| Some((labels[(*column)?].clone(), v.0)));
+        .zip(&rig.handles().points)
+        .filter_map(|(column, point)| Some((labels[(*column)?].clone(), *point)));
     let settings = HandleSettings { known: pairs.collect(), ..HandleSettings::default() };
     let laid = place_handles(&face, raw, &settings)?;
     if laid.cost > POOR {
         return Err(misfit());
     }
-    let rest =
-        |h: usize| DVec3::from_array(rig.surface().rest[rig.handles().vertices[h].index()].map(f64::from));
+    let rest = |h: usize| DVec3::from_array(rig.handles().rest[h].map(f64::from));
     let handles: Vec<DVec3> = (0..rig.handles().labels.len()).map(rest).collect();
     let markers: Vec<DVec3> = laid.markers.iter().copied().map(DVec3::from_array).collect();
     let extent = crate::tracks::extent(handles.iter().copied());
@@ -118,7 +117,7 @@ fn face_of(rig: &Rig) -> Face {
         },
         metres_per_unit: rig.surface().metres_per_unit,
         up_axis: rig.surface().up_axis,
-        handles: Handles { labels: rig.handles().labels.clone(), vertices: rig.handles().vertices.clone() },
+        handles: Handles { labels: rig.handles().labels.clone(), points: rig.handles().points.clone() },
         examples: Vec::new(),
         settings: Settings::default(),
     }

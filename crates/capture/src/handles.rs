@@ -1,8 +1,8 @@
-//! The handles of a face from one frame of a take: which vertex each marker is at.
+//! The handles of a face from one frame of a take: which point of the skin each marker is at.
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, VertexId};
+use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint};
 use rhytid_geometry::registration::OntoSurface;
 use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
@@ -31,8 +31,8 @@ pub struct HandleSettings {
     pub metres_per_unit: Option<f64>,
     /// Markers that are not on skin; else found.
     pub rigid: Option<Vec<String>>,
-    /// Vertices of markers that are known.
-    pub known: Vec<(String, u32)>,
+    /// Points of markers that are known.
+    pub known: Vec<(String, SurfacePoint)>,
 }
 
 /// Where a frame's markers are on a mesh.
@@ -40,7 +40,7 @@ pub struct HandleSettings {
 pub struct PlacedHandles {
     /// A handle for each marker on skin, in the file's order.
     pub handles: Handles,
-    /// How far each vertex is from where its marker was laid, in mesh units.
+    /// How far each point is from where its marker was laid, in mesh units.
     pub distances: Vec<f64>,
     /// Where each marker was laid, in mesh units.
     pub markers: Vec<[f64; 3]>,
@@ -80,14 +80,14 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let at = |m: usize| DVec3::from_array(take.positions[frame * count + m]);
     let skin = Skin::from_face(face)?;
     let mut known = vec![None; count];
-    for (label, vertex) in &settings.known {
-        if *vertex as usize >= face.neutral.positions.len() {
+    for (label, point) in &settings.known {
+        if let Some(vertex) = point.triangle().iter().find(|v| v.index() >= face.neutral.positions.len()) {
             return Err(Error::out_of_range(format!(
                 "the marker “{label}” is said to be at vertex {vertex}, expected 0 to {}",
                 face.neutral.positions.len().saturating_sub(1)
             )));
         }
-        known[index(label)?] = Some(*vertex);
+        known[index(label)?] = Some(*point);
     }
     let metres = settings.metres_per_unit.or(raw.metres_per_unit);
     let metres = metres.or(raw.in_head_space.then_some(face.metres_per_unit));
@@ -124,7 +124,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let (laid, placed) = lay(&on_skin)?;
     let handles = Handles {
         labels: on_skin.iter().map(|&m| labels[m].clone()).collect(),
-        vertices: placed.iter().map(|placed| VertexId(placed.vertex)).collect(),
+        points: placed.iter().map(|placed| placed.point).collect(),
     };
     let warnings = warnings(face, &handles, &placed, &laid);
     Ok(PlacedHandles {
@@ -164,7 +164,7 @@ fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &OntoSurfac
     }
     if let Some(aside) = named(&|i| placed[i].aside) {
         warnings.push(format!(
-            "markers that got the next free vertex, because another marker has their nearest one: {aside}"
+            "markers that got the next free vertex, because other markers are at their nearest place: {aside}"
         ));
     }
     let side = |i: usize| side(&handles.labels[i]).map(|left| left == (laid.points[i].x > middle(face)));

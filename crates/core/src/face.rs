@@ -1,13 +1,31 @@
 //! The face: the data from which the solve makes a rig.
-use crate::{HandleId, Mesh, UpAxis, VertexId};
+use crate::{HandleId, Mesh, SurfacePoint, UpAxis, VertexId};
 
-/// The vertices that markers hold: H labels and vertex indices of the neutral mesh.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+/// The points of the neutral mesh that markers hold: H labels and points.
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Handles {
     /// H distinct labels, as in the take.
     pub labels: Vec<String>,
-    /// H distinct vertices.
-    pub vertices: Vec<VertexId>,
+    /// H points. Each can be met whatever the others are: no two are at one vertex, and at most three are in
+    /// one triangle.
+    pub points: Vec<SurfacePoint>,
+}
+
+impl Handles {
+    /// H.
+    pub fn len(&self) -> usize {
+        self.points.len()
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.points.is_empty()
+    }
+
+    /// Where the handles are on a mesh with these V positions, H.
+    pub fn at(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        self.points.iter().map(|point| point.at(positions)).collect()
+    }
 }
 
 /// One expression scan.

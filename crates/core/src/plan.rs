@@ -257,7 +257,9 @@ impl Plan {
             (limit / frame_bytes).min(limits.max_workgroups as usize).min(options.max_frames);
 
         let rotations = Rotations::new(rig.handles()).map(Box::new);
-        let center = rotations.as_ref().map_or(0, |rotations| rig.handles().vertices[rotations.center()].0);
+        let center = rotations
+            .as_ref()
+            .map_or(0, |rotations| rig.handles().points[rotations.center()].nearest_vertex().0);
         let mut plan = Self {
             sizes,
             fp16_basis,

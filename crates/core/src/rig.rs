@@ -141,9 +141,10 @@ impl Rig {
 
 impl<T: Real> RigParts<T> {
     fn cast<U: Real>(&self) -> RigParts<U> {
+        let surface: Surface<U> = self.surface.cast();
         RigParts {
-            surface: self.surface.cast(),
-            handles: self.handles.cast(),
+            handles: self.handles.cast(&surface.rest),
+            surface,
             examples: self.examples.cast(),
             bending_length: self.bending_length,
             basis: self.basis.map(|x| number(*x)),

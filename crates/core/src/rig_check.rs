@@ -1,7 +1,9 @@
 //! The check that the parts of every rig have passed.
 use crate::numbers::first_beyond;
 use crate::rig::RigParts;
-use crate::{Error, HandleId, Learned, LearnedSettings, Result, StrainEdgeId, Surface, Table, VertexId};
+use crate::{
+    Error, HandleId, Learned, LearnedSettings, Result, StrainEdgeId, Surface, SurfacePoint, Table, VertexId,
+};
 use rhytid_kernels::Real;
 use std::collections::HashSet;
 
@@ -48,7 +50,11 @@ impl<T: Real> RigParts<T> {
         shaped("pose_features", &fine_scale.pose_features, n, f)?;
         shaped("rbf_weights", &fine_scale.rbf_weights, v, n)?;
         shaped("example_handles", &examples.handles, n - 1, h)?;
-        below("handles", VertexId::numbers(&handles.vertices), v)?;
+        let beyond = |point: &SurfacePoint| point.triangle().into_iter().find(|vertex| vertex.index() >= v);
+        let mut found = handles.points.iter().enumerate();
+        if let Some((h, vertex)) = found.find_map(|(h, point)| Some((h, beyond(point)?))) {
+            return fail(format!("handles[{h}] is {vertex}, expected an index below {v}"));
+        }
         below("triangles", surface.triangles.as_flattened(), v)?;
         check_faces(surface)?;
         below("strain_edges", handles.edge_numbers().as_flattened(), h)?;
@@ -74,13 +80,17 @@ impl<T: Real> RigParts<T> {
             return fail(format!("labels has {label} twice, expected distinct labels"));
         }
         let mut seen = HashSet::new();
-        if let Some(vertex) = handles.vertices.iter().find(|v| !seen.insert(**v)) {
+        let vertices = || handles.points.iter().filter_map(SurfacePoint::vertex);
+        if let Some(vertex) = vertices().find(|v| !seen.insert(*v)) {
             return fail(format!("handles has vertex {vertex} twice, expected distinct vertices"));
         }
-        if let Some(i) = (0..h).find(|&i| handles.rest[i] != surface.rest[handles.vertices[i].index()]) {
+        if handles.rotations && vertices().count() < h {
+            return fail("has handles that turn and are at no vertex, expected handles at vertices".into());
+        }
+        if let Some(i) = (0..h).find(|&i| handles.rest[i] != handles.points[i].at(&surface.rest)) {
             return fail(format!(
-                "handle_rest[{i}] is not where its vertex {} is at rest",
-                handles.vertices[i]
+                "handle_rest[{i}] is not where its point is at rest ({})",
+                handles.points[i]
             ));
         }
         let is_point = |&[a, b]: &[HandleId; 2]| handles.rest[a.index()] == handles.rest[b.index()];

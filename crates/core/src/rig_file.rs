@@ -3,8 +3,8 @@
 //! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
 use crate::{
     AtomicFile, Error, Examples, Faces, FineScale, HandleId, HandleSet, Influences, InputErrorKind, Learned,
-    Materials, Result, Rig, RigParts, StrainEdgeId, Surface, Table, UpAxis, Uvs, VertexId, WrinkleStrains,
-    input_file,
+    Materials, Result, Rig, RigParts, StrainEdgeId, Surface, SurfacePoint, Table, UpAxis, Uvs, VertexId,
+    WrinkleStrains, input_file,
 };
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -12,8 +12,11 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
+/// The version of a rig with handles that are at no vertex.
+pub const VERSION: u32 = 7;
+
 /// The version of a rig whose handles turn.
-pub const VERSION: u32 = 6;
+const TURNING_VERSION: u32 = 6;
 
 /// The version of a rig of the learned method whose handles do not turn.
 const LEARNED_VERSION: u32 = 5;
@@ -143,7 +146,6 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
     let mut tensors = vec![
         Tensor::u32s("face_counts", &faces.counts, vec![faces.len()]),
         Tensor::u32s("face_indices", &faces.indices, vec![faces.indices.len()]),
-        Tensor::u32s("handles", VertexId::numbers(&handles.vertices), vec![handles.len()]),
         Tensor::u32s("triangles", surface.triangles.as_flattened(), vec![surface.triangles.len(), 3]),
         Tensor::f32s("rest", surface.rest.as_flattened(), vec![surface.rest.len(), 3]),
         Tensor::table("basis", rig.basis()),
@@ -164,6 +166,7 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
         Tensor::vectors("rbf_weights", &fine_scale.rbf_weights),
         Tensor::vectors("example_handles", &examples.handles),
     ];
+    tensors.extend(Tensor::points(&handles.points));
     if let Some(learned) = rig.learned() {
         tensors.extend([
             Tensor::ids("anchors", &learned.anchors, HandleId::numbers),
@@ -196,6 +199,20 @@ struct Tensor {
 }
 
 impl Tensor {
+    /// One vertex of each handle or, where some are inside triangles, three with their weights.
+    fn points(points: &[SurfacePoint]) -> Vec<Self> {
+        let vertices: Option<Vec<VertexId>> = points.iter().map(SurfacePoint::vertex).collect();
+        if let Some(vertices) = vertices {
+            return vec![Self::u32s("handles", VertexId::numbers(&vertices), vec![points.len()])];
+        }
+        let corners: Vec<VertexId> = points.iter().flat_map(SurfacePoint::triangle).collect();
+        let weights: Vec<f32> = points.iter().flat_map(|p| p.weights().map(|w| w as f32)).collect();
+        vec![
+            Self::u32s("handles", VertexId::numbers(&corners), vec![points.len(), 3]),
+            Self::f32s("handle_weights", &weights, vec![points.len(), 3]),
+        ]
+    }
+
     fn u32s(name: &'static str, numbers: &[u32], shape: Vec<usize>) -> Self {
         let bytes = numbers.iter().flat_map(|x| x.to_le_bytes()).collect();
         Self { name, dtype: Dtype::U32, shape, bytes }
@@ -253,7 +270,8 @@ impl Metadata {
         let beta = rig.influences().beta;
         Self {
             version: match rig.learned() {
-                _ if handles.rotations => VERSION,
+                _ if handles.points.iter().any(|point| point.vertex().is_none()) => VERSION,
+                _ if handles.rotations => TURNING_VERSION,
                 Some(_) => LEARNED_VERSION,
                 None => CHAPTER_VERSION,
             },
@@ -288,10 +306,10 @@ impl Metadata {
         })?;
         let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
         let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
-        if ![CHAPTER_VERSION, LEARNED_VERSION, VERSION].contains(&version) {
+        if ![CHAPTER_VERSION, LEARNED_VERSION, TURNING_VERSION, VERSION].contains(&version) {
             return Err(fail(format!(
-                "is a rig file of version {version}, expected {CHAPTER_VERSION}, {LEARNED_VERSION} or {VERSION}; solve the face again \
-                 with this program"
+                "is a rig file of version {version}, expected {CHAPTER_VERSION}, {LEARNED_VERSION}, \
+                 {TURNING_VERSION} or {VERSION}; solve the face again with this program"
             ))
             .of_kind(InputErrorKind::UnsupportedVersion));
         }
@@ -321,9 +339,9 @@ impl Arrays<'_> {
     /// All parts of the rig, still unchecked beyond their types and shapes.
     fn rig(&self, metadata: Metadata) -> Result<RigParts> {
         let rest = vectors::<3>(self.f32s("rest", &[None, Some(3)])?);
-        let handles = ids(self.u32s("handles", &[None])?, VertexId);
+        let points = self.points()?;
         let strain_edges = pairs(self.u32s("strain_edges", &[None, Some(2)])?);
-        let (v, h, f, p) = (rest.len(), handles.len(), strain_edges.len(), metadata.examples.len());
+        let (v, h, f, p) = (rest.len(), points.len(), strain_edges.len(), metadata.examples.len());
         let n = p + 1;
         let uvs = self.uvs()?;
         let materials = self.materials(metadata.materials)?;
@@ -346,12 +364,16 @@ impl Arrays<'_> {
             rest,
         };
         // A vertex that does not exist is reported when the rig is made.
-        let at = |v: &VertexId| surface.rest.get(v.index()).copied().unwrap_or_default();
+        let exists = |point: &SurfacePoint| point.triangle().iter().all(|v| v.index() < surface.rest.len());
+        let at = |point: &SurfacePoint| match exists(point) {
+            true => point.at(&surface.rest),
+            false => [0.0; 3],
+        };
         Ok(RigParts {
             handles: HandleSet {
                 labels: metadata.labels,
-                rest: handles.iter().map(at).collect(),
-                vertices: handles,
+                rest: points.iter().map(at).collect(),
+                points,
                 strain_edges,
                 rotations: metadata.rotations,
             },
@@ -370,6 +392,26 @@ impl Arrays<'_> {
             examples: Examples { names: metadata.examples, handles: self.vectors("example_handles", p, h)? },
             learned,
         })
+    }
+
+    /// The points of the handles, from one vertex each or from three with their weights.
+    fn points(&self) -> Result<Vec<SurfacePoint>> {
+        if !self.has("handle_weights") {
+            return Ok(ids(self.u32s("handles", &[None])?, |v| VertexId(v).into()));
+        }
+        let weights = vectors::<3>(self.f32s("handle_weights", &[None, Some(3)])?);
+        let corners = self.u32s("handles", &[Some(weights.len()), Some(3)])?;
+        let of_handle = |(h, (corners, weights)): (usize, (&[u32; 3], &[f32; 3]))| {
+            let [first, second, third] = weights.map(f64::from);
+            let point = SurfacePoint::new(corners.map(VertexId), [first, second, third]);
+            point.filter(|_| (first + second + third - 1.0).abs() < 1e-5).ok_or_else(|| {
+                let found = format!("{first}, {second} and {third}");
+                self.fail(format!(
+                    "handle_weights[{h}] is {found}, expected weights from 0 on whose sum is 1"
+                ))
+            })
+        };
+        corners.as_chunks::<3>().0.iter().zip(&weights).enumerate().map(of_handle).collect()
     }
 
     fn uvs(&self) -> Result<Option<Uvs>> {

@@ -22,7 +22,7 @@ impl<T: Real> Rig<T> {
             }
         };
         vertices.iter().for_each(|&v| keep(v));
-        handles.vertices.iter().for_each(|&v| keep(v));
+        handles.held().for_each(&mut keep);
         vertices.iter().for_each(|&v| keep(surface.tangent_neighbors[v.index()]));
         let mut wanted = vec![false; self.vertices()];
         vertices.iter().for_each(|&v| wanted[v.index()] = true);
@@ -56,7 +56,7 @@ impl<T: Real> Rig<T> {
                 tangent_neighbors: neighbors.collect(),
             },
             handles: HandleSet {
-                vertices: handles.vertices.iter().map(|v| place[v.index()]).collect(),
+                points: handles.points.iter().map(|point| point.renamed(|v| place[v.index()])).collect(),
                 ..handles.clone()
             },
             examples: self.examples().clone(),

@@ -161,7 +161,7 @@ mod tests {
         };
         let handles = HandleSet {
             labels: Vec::new(),
-            vertices: (0..h as u32).map(VertexId).collect(),
+            points: (0..h as u32).map(|v| VertexId(v).into()).collect(),
             rest: rest.to_vec(),
             strain_edges: pairs.filter(joined).map(|pair| pair.map(HandleId)).collect(),
             rotations: true,

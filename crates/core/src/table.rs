@@ -143,6 +143,14 @@ impl<T> Table<T> {
     }
 }
 
+impl<T: Copy> Table<T> {
+    /// Writes row `from` over row `to`.
+    pub fn copy_row(&mut self, from: usize, to: usize) {
+        let columns = self.columns;
+        self.elements.copy_within(from * columns..(from + 1) * columns, to * columns);
+    }
+}
+
 impl<T: Sync> Table<T> {
     /// All rows, for several threads. In a table without columns they are empty.
     pub fn par_rows(&self) -> impl IndexedParallelIterator<Item = &[T]> {

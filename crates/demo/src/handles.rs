@@ -66,7 +66,7 @@ pub(crate) fn handles(grid: &Grid) -> Handles {
     let mut out = Handles::default();
     let mut add = |label: String, across: f64, up: f64| {
         out.labels.push(label);
-        out.vertices.push(VertexId::from_index(grid.nearest(across, up)));
+        out.points.push(VertexId::from_index(grid.nearest(across, up)).into());
     };
     for (label, up) in MIDDLE {
         add(label.into(), 0.0, up);

@@ -8,7 +8,7 @@
 //! let take = rhytid_demo::performance(&face);
 //! // The take has every handle, near where the neutral has it.
 //! let first = take.handle_positions(&face.handles.labels)?;
-//! let rest = face.neutral.positions[face.handles.vertices[0].index()];
+//! let rest = face.handles.points[0].at(&face.neutral.positions);
 //! assert!((f64::from(first[0]) - rest[0]).abs() < 1.0);
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```

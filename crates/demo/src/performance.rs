@@ -122,13 +122,13 @@ impl Track {
 /// machine.
 pub fn performance(face: &Face) -> Take {
     let rest: Vec<[f64; 3]> =
-        face.handles.vertices.iter().map(|&v| face.neutral.positions[v.index()]).collect();
+        face.handles.points.iter().map(|point| point.at(&face.neutral.positions)).collect();
     let tracks: Vec<(&Track, Vec<[f64; 3]>)> = face
         .examples
         .iter()
         .filter_map(|example| {
             let track = TRACKS.iter().find(|t| t.example == example.name)?;
-            let apex = face.handles.vertices.iter().map(|&v| example.positions[v.index()]).collect();
+            let apex = face.handles.points.iter().map(|point| point.at(&example.positions)).collect();
             Some((track, apex))
         })
         .collect();

@@ -3,7 +3,8 @@ use crate::sized_learned;
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{
-    Examples, Faces, FineScale, HandleSet, Method, Rig, RigParts, Surface, Table, UpAxis, VertexId,
+    Examples, Faces, FineScale, HandleSet, Method, Rig, RigParts, Surface, SurfacePoint, Table, UpAxis,
+    VertexId,
 };
 use rhytid_geometry::{Topology, geodesic};
 use rhytid_solve::{influences, tangent_frames};
@@ -47,14 +48,15 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
         (0..columns * (lines - 1)).filter(|v| v % columns + 1 < columns).map(corners).collect();
     let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     let topology = Topology::new(rest.len(), &triangles);
-    let vertices = spread(size.handles, columns, lines);
+    let points: Vec<SurfacePoint> =
+        spread(size.handles, columns, lines).into_iter().map(SurfacePoint::from).collect();
 
-    let cells = geodesic::voronoi_cells(&rest, &topology, &vertices);
+    let cells = geodesic::voronoi_cells(&rest, &topology, &points);
     let handles = HandleSet {
-        labels: (0..vertices.len()).map(|h| format!("m{h}")).collect(),
-        rest: vertices.iter().map(|v| rest[v.index()]).collect(),
+        labels: (0..points.len()).map(|h| format!("m{h}")).collect(),
+        rest: points.iter().map(|point| point.at(&rest)).collect(),
         strain_edges: geodesic::touching_cells(&topology, &cells),
-        vertices,
+        points,
         rotations: false,
     };
     let edges = handles.strain_edges.len();
@@ -117,8 +119,8 @@ fn basis(rest: &[[f64; 3]], handles: &HandleSet<f64>, spacing: f64) -> Table<f64
         let sum: f64 = row.iter().sum();
         row.iter_mut().for_each(|b| *b /= sum);
     });
-    for (h, v) in handles.vertices.iter().enumerate() {
-        let row = basis.row_mut(v.index());
+    for (h, point) in handles.points.iter().enumerate() {
+        let row = basis.row_mut(point.nearest_vertex().index());
         row.fill(0.0);
         row[h] = 1.0;
     }
@@ -152,7 +154,7 @@ mod tests {
                     "{}",
                     rig.vertices()
                 );
-                assert_eq!((rig.handles().vertices.len(), rig.centers()), (handles, examples + 1));
+                assert_eq!((rig.handles().len(), rig.centers()), (handles, examples + 1));
                 assert_eq!(rig.influences().per_vertex(), rig.handles().strain_edges.len().min(INFLUENCES));
             }
         }

@@ -137,10 +137,19 @@ fn is_the_same_surface_at_every_resolution() {
 fn handles_are_distinct_and_mirrored() {
     for asked in [2_000, SIZE, 100_000] {
         let face = rhytid_demo::face(asked);
-        assert_eq!(face.handles.vertices.len(), 89);
-        assert_eq!(face.handles.vertices.iter().collect::<BTreeSet<_>>().len(), 89, "at {asked}");
+        assert_eq!(face.handles.len(), 89);
+        assert_eq!(
+            face.handles
+                .points
+                .iter()
+                .map(rhytid_core::SurfacePoint::nearest_vertex)
+                .collect::<BTreeSet<_>>()
+                .len(),
+            89,
+            "at {asked}"
+        );
         assert_eq!(face.handles.labels.iter().collect::<BTreeSet<_>>().len(), 89);
-        let at = |h: usize| point(&face.neutral, face.handles.vertices[h].0);
+        let at = |h: usize| point(&face.neutral, face.handles.points[h].nearest_vertex().0);
         for (h, label) in face.handles.labels.iter().enumerate() {
             let Some((name, side)) = label.rsplit_once("_L") else { continue };
             let other = at(handle(&face, &format!("{name}_R{side}")));
@@ -166,7 +175,7 @@ fn touching_cells(face: &Face) -> usize {
     }
     let mut owner = vec![usize::MAX; around.len()];
     let mut queue = BinaryHeap::new();
-    for (h, &v) in face.handles.vertices.iter().enumerate() {
+    for (h, v) in face.handles.points.iter().map(rhytid_core::SurfacePoint::nearest_vertex).enumerate() {
         queue.push((std::cmp::Reverse(0u64), v, h));
     }
     while let Some((std::cmp::Reverse(nanometres), v, h)) = queue.pop() {
@@ -240,7 +249,13 @@ fn examples_move_markers_and_wrinkle_between_them() {
         assert!(moved.iter().all(|d| d.is_finite()));
         let at_rim = loops[0].iter().map(|&v| moved[v as usize].length()).fold(0.0, f64::max);
         assert!(at_rim < 1e-3, "{}: the outer rim moves {at_rim} cm", example.name);
-        let most = face.handles.vertices.iter().map(|&v| moved[v.index()].length()).fold(0.0, f64::max);
+        let most = face
+            .handles
+            .points
+            .iter()
+            .map(rhytid_core::SurfacePoint::nearest_vertex)
+            .map(|v| moved[v.index()].length())
+            .fold(0.0, f64::max);
         assert!((0.3..3.2).contains(&most), "{}: markers move {most} cm", example.name);
         let wrinkles = detail(&moved, &around, 24);
         let deepest = (0..wrinkles.len() as u32)
@@ -327,7 +342,7 @@ fn the_performance_starts_and_ends_at_rest_and_passes_through_the_examples() {
     assert!(take.positions.iter().flatten().all(|x| x.is_finite()));
 
     let markers = |positions: &[[f64; 3]]| -> Vec<[f64; 3]> {
-        face.handles.vertices.iter().map(|&v| positions[v.index()]).collect()
+        face.handles.points.iter().map(|point| point.at(positions)).collect()
     };
     let farthest = |a: &[[f64; 3]], b: &[[f64; 3]]| {
         a.iter()

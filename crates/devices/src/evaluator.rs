@@ -170,7 +170,7 @@ mod tests {
         };
         let mut all = [Vec::new(), Vec::new()];
         let mut results = [Vec::new(), Vec::new()];
-        for batch in handles.chunks(5 * 3 * rig.handles().vertices.len()) {
+        for batch in handles.chunks(5 * 3 * rig.handles().len()) {
             if let Err(error) = evaluator.evaluate(batch, &STAGES, &mut results) {
                 return (Err(error), evaluator.device().name.clone());
             }

@@ -121,7 +121,7 @@ fn try_device(info: &DeviceInfo, before: impl Fn(), progress: &dyn Progress) -> 
 fn measure(device: &Device) -> Result<f64> {
     let case = timing_case();
     let built = case.build();
-    let frames = built.handle_positions.len() / (3 * built.rig.handles().vertices.len());
+    let frames = built.handle_positions.len() / (3 * built.rig.handles().len());
     let mut animator = device.upload(&built.rig, case.options)?;
     let mut out = Vec::new();
     let mut best = f64::MAX;

@@ -234,7 +234,7 @@ pub fn take_sigma(rig: &Rig, take: &Take, regions: &Regions, progress: &dyn Prog
     // For each frame, the region that is farthest, its ratio, and its quantity.
     let mut farthest: Vec<(usize, f64, FarOf)> = Vec::with_capacity(take.frames());
     const AT_ONCE: usize = 64;
-    for chunk in positions.chunks(AT_ONCE * rig.handles().vertices.len()) {
+    for chunk in positions.chunks(AT_ONCE * rig.handles().len()) {
         progress.step("confidence", frames_mm.len() as u64, take.frames() as u64)?;
         let (variances, strains) = (confidence.variances(chunk), confidence.squared_strains(chunk));
         for (variances, strains) in variances.chunks(samples).zip(strains.chunks(samples)) {

@@ -175,7 +175,7 @@ pub fn evaluate(
     let evaluation = Evaluation {
         name: face.name.clone(),
         vertices: rig.vertices(),
-        handles: rig.handles().vertices.len(),
+        handles: rig.handles().len(),
         leave_one_out,
         noise: NoiseAnswer { noise_mm: noise::NOISE_MM, errors },
         truth,

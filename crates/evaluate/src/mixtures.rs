@@ -2,7 +2,7 @@
 
 use crate::blendshapes::{Blendshapes, Weights};
 use rayon::prelude::*;
-use rhytid_core::{Face, Result, Rig, VertexId};
+use rhytid_core::{Face, HandleSet, Result, Rig};
 use rhytid_kernels::vec3;
 
 /// The examples of a face as shapes that are mixed.
@@ -10,18 +10,18 @@ pub(crate) struct Mixtures<'a> {
     face: &'a Face,
     /// V×3 in mesh units.
     rest: &'a [[f64; 3]],
-    handles: &'a [VertexId],
+    handles: &'a HandleSet<f64>,
     shapes: Blendshapes,
 }
 
 impl<'a> Mixtures<'a> {
     /// `rig` is the solved face.
     pub(crate) fn new(face: &'a Face, rig: &'a Rig<f64>) -> Self {
-        let (rest, handles) = (&*rig.surface().rest, &*rig.handles().vertices);
-        let at_markers = face.examples.iter().map(|example| {
-            let moved = |v: &VertexId| vec3::sub(example.positions[v.index()], rest[v.index()]);
-            handles.iter().flat_map(moved).collect()
-        });
+        let (rest, handles) = (&*rig.surface().rest, rig.handles());
+        let at_markers = face
+            .examples
+            .iter()
+            .map(|example| handles.displacements(&handles.at(&example.positions)).into_flattened());
         Self { face, rest, handles, shapes: Blendshapes::new(at_markers.collect()) }
     }
 
@@ -31,8 +31,8 @@ impl<'a> Mixtures<'a> {
     /// As [`Blendshapes::fit`].
     pub(crate) fn fit(&self, markers: &[[f32; 3]], weights: Weights) -> Result<Vec<Vec<f64>>> {
         let of_frame = |frame: &[[f32; 3]]| {
-            let moved = frame.iter().zip(self.handles);
-            let moved = moved.flat_map(|(x, v)| vec3::sub(x.map(f64::from), self.rest[v.index()]));
+            let moved = frame.iter().zip(&self.handles.rest);
+            let moved = moved.flat_map(|(x, rest)| vec3::sub(x.map(f64::from), *rest));
             self.shapes.fit(&moved.collect::<Vec<f64>>(), weights)
         };
         markers.chunks(self.handles.len()).map(of_frame).collect()
@@ -58,9 +58,10 @@ impl<'a> Mixtures<'a> {
     /// shell spreads over the face.
     pub(crate) fn left(&self, markers: &[[f32; 3]], fits: &[Vec<f64>]) -> Vec<f32> {
         let of_frame = |(frame, weights): (&[[f32; 3]], &Vec<f64>)| {
-            let left = frame.iter().zip(self.handles);
-            let left = left.flat_map(|(x, v)| {
-                vec3::sub(x.map(f64::from), self.displacement(weights, v.index())).map(|x| x as f32)
+            let left = frame.iter().zip(&self.handles.points);
+            let left = left.flat_map(|(x, point)| {
+                let moved = point.mean(|v| self.displacement(weights, v.index()));
+                vec3::sub(x.map(f64::from), moved).map(|x| x as f32)
             });
             left.collect::<Vec<f32>>()
         };

@@ -36,7 +36,7 @@ pub(crate) fn noise(
             frames.extend(pose.as_flattened().iter().map(noisy));
         }
     }
-    let count = frames.len() / (3 * rig.handles().vertices.len());
+    let count = frames.len() / (3 * rig.handles().len());
     let mut playback = Playback::new(rig, devices, count)?;
     let mut sum = Sum::new(regions, rig.vertices(), millimetres);
     let (mut without, mut frame) = (Vec::new(), 0);

@@ -83,8 +83,10 @@ pub fn shortest_ways<L: Label, E: Iterator<Item = (u32, f64)>>(
     labels.fill(L::UNREACHED);
     let mut queue = BinaryHeap::new();
     for (node, label) in sources {
-        labels[node as usize] = label;
-        queue.push(Reverse(Visit { label, node }));
+        if label.order(&labels[node as usize]).is_lt() {
+            labels[node as usize] = label;
+            queue.push(Reverse(Visit { label, node }));
+        }
     }
     while let Some(Reverse(Visit { label, node })) = queue.pop() {
         if labels[node as usize] != label {

@@ -4,12 +4,13 @@ use crate::Topology;
 use crate::dijkstra::{Label, shortest_ways};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{HandleId, VertexId};
+use rhytid_core::{HandleId, SurfacePoint};
 use rhytid_kernels::vec3;
 use std::cmp::Ordering;
 
 /// The edges of the rest mesh with their lengths.
 pub struct EdgeGraph<'a> {
+    positions: &'a [[f64; 3]],
     topology: &'a Topology,
     /// The lengths of the edges of each vertex, in the order of its neighbours.
     lengths: Vec<f64>,
@@ -17,11 +18,12 @@ pub struct EdgeGraph<'a> {
 
 impl<'a> EdgeGraph<'a> {
     /// The edges of a mesh with V×3 positions.
-    pub fn new(positions: &[[f64; 3]], topology: &'a Topology) -> Self {
+    pub fn new(positions: &'a [[f64; 3]], topology: &'a Topology) -> Self {
         let position = |v: usize| DVec3::from_array(positions[v]);
         let of_vertex =
             |v: usize| topology.neighbors(v).iter().map(move |&w| position(v).distance(position(w as usize)));
-        Self { topology, lengths: (0..positions.len()).into_par_iter().flat_map_iter(of_vertex).collect() }
+        let lengths = (0..positions.len()).into_par_iter().flat_map_iter(of_vertex).collect();
+        Self { positions, topology, lengths }
     }
 
     /// V.
@@ -35,10 +37,28 @@ impl<'a> EdgeGraph<'a> {
         self.topology.neighbors(v as usize).iter().copied().zip(lengths.iter().copied())
     }
 
-    /// Writes the distance of every vertex from vertex `from` into `distances`, V. A vertex that would be
-    /// farther than its `limit` is not reached. The distance of a vertex that is not reached is infinite.
-    pub fn distances(&self, from: u32, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
-        shortest_ways([(from, 0.0)], |v| self.edges(v), limit, distances);
+    /// The vertices of a point with the straight ways to them.
+    pub fn ways_from(&self, point: &SurfacePoint) -> impl Iterator<Item = (u32, f64)> {
+        let at = point.at(self.positions);
+        let to = move |v: u32| vec3::length(vec3::sub(self.positions[v as usize], at));
+        point.corners().map(move |(v, _)| (v.0, to(v.0)))
+    }
+
+    /// The distance between two points, out of the distances of all vertices from the first.
+    pub fn between(&self, from: &SurfacePoint, to: &SurfacePoint, distances: &[f64]) -> f64 {
+        let along =
+            self.ways_from(to).map(|(v, way)| distances[v as usize] + way).fold(f64::INFINITY, f64::min);
+        // No way along edges is as short as the straight one inside a triangle.
+        let is_of = |a: &SurfacePoint, b: &SurfacePoint| a.corners().all(|(v, _)| b.has(v));
+        let is_inside = is_of(from, to) || is_of(to, from);
+        let straight = || vec3::length(vec3::sub(to.at(self.positions), from.at(self.positions)));
+        if is_inside { along.min(straight()) } else { along }
+    }
+
+    /// Writes the distance of every vertex from `from` into `distances`, V. A vertex that would be farther
+    /// than its `limit` is not reached. The distance of a vertex that is not reached is infinite.
+    pub fn distances(&self, from: &SurfacePoint, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
+        shortest_ways(self.ways_from(from), |v| self.edges(v), limit, distances);
     }
 }
 
@@ -47,7 +67,7 @@ impl<'a> EdgeGraph<'a> {
 pub fn voronoi_cells(
     positions: &[[f64; 3]],
     topology: &Topology,
-    handles: &[VertexId],
+    handles: &[SurfacePoint],
 ) -> Vec<Option<HandleId>> {
     let cells = nearest_handles(&EdgeGraph::new(positions, topology), handles);
     cells.into_iter().map(|cell| cell.map(|cell| cell.handle)).collect()
@@ -80,11 +100,12 @@ impl Label for Cell {
 }
 
 /// As [`voronoi_cells`], with the distances.
-pub fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[VertexId]) -> Vec<Option<Cell>> {
+pub fn nearest_handles(graph: &EdgeGraph<'_>, handles: &[SurfacePoint]) -> Vec<Option<Cell>> {
     let mut cells = vec![Cell::UNREACHED; graph.vertices()];
-    let handle_at =
-        |(h, vertex): (usize, &VertexId)| (vertex.0, Cell { distance: 0.0, handle: HandleId::from_index(h) });
-    let sources = handles.iter().enumerate().map(handle_at);
+    let sources = handles.iter().enumerate().flat_map(|(h, point)| {
+        let handle = HandleId::from_index(h);
+        graph.ways_from(point).map(move |(v, distance)| (v, Cell { distance, handle }))
+    });
     shortest_ways(sources, |v| graph.edges(v), |_| f64::INFINITY, &mut cells);
     cells.into_iter().map(|cell| (cell != Cell::UNREACHED).then_some(cell)).collect()
 }
@@ -157,6 +178,7 @@ pub fn drop_far_pairs(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rhytid_core::VertexId;
 
     #[test]
     fn cells_of_a_strip() {
@@ -167,7 +189,7 @@ mod tests {
             .collect();
         let topology = Topology::new(17, &triangles);
         let positions = [positions, vec![[9.0; 3]]].concat();
-        let cells = voronoi_cells(&positions, &topology, &[0, 14, 6].map(VertexId));
+        let cells = voronoi_cells(&positions, &topology, &[0, 14, 6].map(|v| VertexId(v).into()));
         // A quad's side has the length 1, and its diagonal, which leans to the left, √2. So the left handle
         // has the first two columns, and the middle handle the next three. The lower vertex of the sixth
         // column is as far from the middle handle as from the right one, and the handle with the lower number
@@ -219,13 +241,14 @@ mod tests {
             let mut found = vec![0.0; positions.len()];
             let graph = EdgeGraph::new(&positions, &topology);
             for &h in &handles {
-                graph.distances(h, |_| f64::INFINITY, &mut found);
+                graph.distances(&VertexId(h).into(), |_| f64::INFINITY, &mut found);
                 for (v, distance) in found.iter().enumerate() {
                     assert!((distance - all[h as usize][v]).abs() < 1e-12, "from {h} to {v}");
                 }
             }
-            for (v, cell) in
-                voronoi_cells(&positions, &topology, &handles.map(VertexId)).into_iter().enumerate()
+            for (v, cell) in voronoi_cells(&positions, &topology, &handles.map(|v| VertexId(v).into()))
+                .into_iter()
+                .enumerate()
             {
                 let of_handle = |h: usize| all[handles[h] as usize][v];
                 let nearest =
@@ -249,7 +272,7 @@ mod tests {
             })
             .collect();
         let topology = Topology::new(180, &triangles);
-        let handles: Vec<VertexId> = (0..4).map(|i| VertexId(v(3 * i, 1))).collect();
+        let handles: Vec<SurfacePoint> = (0..4).map(|i| VertexId(v(3 * i, 1)).into()).collect();
         let graph = EdgeGraph::new(&positions, &topology);
         let cells = nearest_handles(&graph, &handles);
         let of: Vec<Option<HandleId>> = cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
@@ -257,7 +280,7 @@ mod tests {
         assert_eq!(edges, [[0, 1], [0, 3], [1, 2], [2, 3]].map(|pair| pair.map(HandleId)));
         let ways = ways(&graph, &cells, &edges);
         assert!((ways[1] / ways[0] - 51.0 / 3.0).abs() < 0.5, "{ways:?}");
-        drop_far_pairs(&graph, &cells, |h| positions[handles[h.index()].index()], &mut edges);
+        drop_far_pairs(&graph, &cells, |h| handles[h.index()].at(&positions), &mut edges);
         assert_eq!(edges, [[0, 1], [1, 2], [2, 3]].map(|pair| pair.map(HandleId)));
     }
 }

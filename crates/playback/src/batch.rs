@@ -12,7 +12,7 @@ const MAX_BATCH: usize = 16;
 
 /// The bytes of the rig's arrays on a device. Arrays that only the exporters use are not counted.
 pub fn rig_bytes(rig: &Rig) -> usize {
-    let words = rig.handles().vertices.len()
+    let words = rig.handles().len()
         + rig.surface().triangles.len() * 3
         + rig.surface().rest.len() * 3
         + rig.basis().as_slice().len()
@@ -31,7 +31,7 @@ pub fn rig_bytes(rig: &Rig) -> usize {
 /// The bytes of one frame's handle positions and of its results at all stages.
 pub fn frame_bytes(rig: &Rig) -> usize {
     let results: usize = Stage::ALL.iter().map(|stage| stage.values_per_frame(rig)).sum();
-    (results + rig.handles().vertices.len() * 3) * 4
+    (results + rig.handles().len() * 3) * 4
 }
 
 /// Frames in a batch.

@@ -23,7 +23,7 @@ pub(crate) struct Context<'c> {
 impl<'c> Context<'c> {
     /// The number of frames.
     pub(crate) fn frames(&self) -> usize {
-        self.edited.len() / self.rig.handles().vertices.len()
+        self.edited.len() / self.rig.handles().len()
     }
 
     /// H positions of a frame in `of`, which is `unedited` or `edited`.

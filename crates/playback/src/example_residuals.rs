@@ -1,6 +1,6 @@
 //! The residuals of a rig's examples.
 
-use rhytid_core::{DeviceInfo, Face, Result, Rig, Stage, UploadOptions, VertexId};
+use rhytid_core::{DeviceInfo, Face, Result, Rig, Stage, SurfacePoint, UploadOptions};
 use rhytid_devices::Evaluator;
 use rhytid_solve::Misplaced;
 
@@ -45,8 +45,8 @@ pub fn example_residuals(
     let mut found = Vec::new();
     let mut out = [Vec::new()];
     for (example, positions) in states {
-        let at = |v: &VertexId| positions[v.index()].map(|x| x as f32);
-        let of_handles: Vec<[f32; 3]> = rig.handles().vertices.iter().map(at).collect();
+        let at = |point: &SurfacePoint| point.at(&positions).map(|x| x as f32);
+        let of_handles: Vec<[f32; 3]> = rig.handles().points.iter().map(at).collect();
         evaluator.evaluate(of_handles.as_flattened(), &[Stage::Positions], &mut out)?;
         let (mut squares, mut worst, mut vertex) = (0.0, 0.0_f64, 0);
         for (v, (x, y)) in out[0].as_chunks::<3>().0.iter().zip(&positions).enumerate() {

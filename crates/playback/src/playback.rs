@@ -150,8 +150,7 @@ impl<'a> Playback<'a> {
     /// # Errors
     /// [`Error::Device`].
     pub fn rest_normals(&mut self) -> Result<Vec<[f32; 3]>> {
-        let handles: Vec<f32> =
-            self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]).collect();
+        let handles: Vec<f32> = self.rig.handles().rest.iter().flatten().copied().collect();
         let mut results = [Vec::new(), Vec::new()];
         self.evaluator.evaluate(&handles, &stages(OutputStage::LargeScale), &mut results)?;
         let [_, normals] = results;

@@ -60,8 +60,7 @@ mod tests {
         let exact = rhytid_solve::solve(&face, &NoProgress).unwrap();
         let (rig, refine) = (exact.rounded().unwrap(), Refine::new(&exact, &NoProgress).unwrap());
         let bent = |x: [f64; 3]| [1.3 * x[0], x[1] + 0.3 * x[0], x[2] - 0.4 * x[0].abs()];
-        let bent: Vec<[f64; 3]> =
-            rig.handles().vertices.iter().map(|&v| bent(exact.surface().rest[v.index()])).collect();
+        let bent: Vec<[f64; 3]> = exact.handles().rest.iter().map(|x| bent(*x)).collect();
         let take = Take {
             labels: rig.handles().labels.clone(),
             times: vec![0.0, 0.1, 0.2],
@@ -88,7 +87,7 @@ mod tests {
         let widened = |x: &[f32]| x.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>();
         let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
         for ((before, after), handles) in
-            before.iter().zip(&after).zip(handles.chunks(3 * rig.handles().vertices.len()))
+            before.iter().zip(&after).zip(handles.chunks(3 * rig.handles().len()))
         {
             let mut expected = widened(&before[0]);
             refine.frame(&widened(handles), &mut expected);
@@ -100,8 +99,8 @@ mod tests {
             let found = widened(&after[0]);
             assert!(farthest(&found, &expected) < 1e-5);
             assert!(farthest(&found, &widened(&before[0])) > 1e-2, "it changes nothing");
-            for (h, &v) in rig.handles().vertices.iter().enumerate() {
-                assert_eq!(positions[v.index()], handles[3 * h..][..3]);
+            for (h, point) in rig.handles().points.iter().enumerate() {
+                assert_eq!(point.at(positions), handles[3 * h..][..3]);
             }
             for (v, found) in normals.iter().enumerate() {
                 let incident = vertex_triangles.at(v);

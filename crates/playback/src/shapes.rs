@@ -68,7 +68,7 @@ fn difference(moved: &[f32], rest: &[[f32; 3]]) -> Vec<[f32; 3]> {
 /// The 3 H columns of the large scale: the offsets where one handle moves by one unit along an axis. No
 /// column has the name of one of the `examples`.
 pub fn handle_shapes(rig: &Rig, examples: &[Shape]) -> Vec<Shape> {
-    let handles = rig.handles().vertices.len();
+    let handles = rig.handles().len();
     let shape = |h: HandleId, axis: usize| {
         let mut name = format!("{}_{}", rig.handles().labels[h.index()], ["x", "y", "z"][axis]);
         while examples.iter().any(|example| example.name == name) {

@@ -76,7 +76,7 @@ impl Evaluate<'_, '_> {
         wanted.extend(self.fades_everywhere(&frames).then_some(Stage::LargeScale));
         batch.results.resize(wanted.len(), Vec::new());
         batch.frames = frames.clone();
-        let handles = context.rig.handles().vertices.len();
+        let handles = context.rig.handles().len();
         let poses = &context.unedited[frames.start * handles..frames.end * handles];
         self.evaluator.evaluate(poses.as_flattened(), &wanted, &mut batch.results)?;
         let Some(region) = &effects.region else { return Ok(()) };

@@ -91,7 +91,7 @@ pub fn tangent_frame_marks(rig: &Rig, positions: &[f32], normals: &[f32], length
 
 fn markers_of(rig: &Rig, positions: &[f32]) -> Vec<[f32; 3]> {
     let (points, _) = positions.as_chunks::<3>();
-    rig.handles().vertices.iter().map(|&v| points[v.index()]).collect()
+    rig.handles().points.iter().map(|point| point.at(points)).collect()
 }
 
 #[cfg(test)]
@@ -110,12 +110,11 @@ mod tests {
         positions.iter_mut().for_each(|x| *x *= 1.1);
         let heat = Heat::Signed(0.3);
         let marks = marker_marks(&rig, &positions, heat);
-        assert_eq!(marks.len(), rig.handles().strain_edges.len() + rig.handles().vertices.len());
+        assert_eq!(marks.len(), rig.handles().strain_edges.len() + rig.handles().len());
         for (mark, edge) in marks.iter().zip(&rig.handles().strain_edges) {
             let expected = heat.colour(0.1);
             assert!((0..3).all(|c| (mark.colour[c] - expected[c]).abs() < 1e-4), "{mark:?}");
-            let [a, _] =
-                edge.map(|handle| rig.surface().rest[rig.handles().vertices[handle.index()].index()]);
+            let [a, _] = edge.map(|handle| rig.handles().rest[handle.index()]);
             assert!((0..3).all(|c| (mark.ends[0][c] - 1.1 * a[c]).abs() < 1e-4));
         }
     }

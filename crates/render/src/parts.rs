@@ -38,7 +38,7 @@ pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
             solid[part as usize] = false;
         }
     }
-    for &handle in &rig.handles().vertices {
+    for handle in rig.handles().held() {
         solid[parts[handle.index()] as usize] = false;
     }
     parts.iter().map(|&part| if solid[part as usize] { WHITE } else { skin }).collect()
@@ -96,7 +96,7 @@ mod tests {
     fn rig() -> Rig {
         let mut face = rhytid_demo::face(2_000);
         let first = face.neutral.positions.len() as u32;
-        let at = face.handles.vertices[0].index();
+        let at = face.handles.points[0].nearest_vertex().index();
         let corner = |p: [f64; 3], i: usize| {
             let [x, y, z] = p;
             [x + (i & 1) as f64, y + (i >> 1 & 1) as f64, z - 2.0 - (i >> 2) as f64]

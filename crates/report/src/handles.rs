@@ -32,7 +32,7 @@ pub fn write_handles(
     let single = |p: &[f64; 3]| p.map(|x| x as f32);
     let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(single).collect();
     let triangles = rhytid_geometry::triangulate(&face.neutral);
-    let handles: Vec<[f32; 3]> = face.handles.vertices.iter().map(|&v| rest[v.index()]).collect();
+    let handles: Vec<[f32; 3]> = face.handles.points.iter().map(|point| point.at(&rest)).collect();
     let lift = LIFT * Sphere::around(&handles).radius;
     let of_handles = handles.iter().enumerate().map(|(i, &at)| {
         let is_doubtful = doubtful.get(i).is_some_and(|doubtful| *doubtful);

@@ -31,12 +31,12 @@ pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>]) -> Result<
         .iter()
         .flat_map(|map| VIEWS.map(|turn| (map, turn)))
         .map(|(map, turn)| {
-            let markers = rig.handles().vertices.iter().filter(|_| map.markers);
+            let markers = rig.handles().points.iter().filter(|_| map.markers);
             Shot {
                 turn,
                 positions: map.positions,
                 heat: Some(Numbers { values: &map.values, end: map.end }),
-                points: markers.map(|&v| map.positions[v.index()].map(f64::from)).collect(),
+                points: markers.map(|point| point.at(map.positions).map(f64::from)).collect(),
             }
         })
         .collect();

@@ -58,7 +58,7 @@ fn markers<'a>(report: &'a Report, strains: &Strains, take: &Take, rig: &Rig) ->
         |handle: usize| report.events.iter().any(|e| e.kind == Kind::NeverSeen && e.marker == Some(handle));
     let marker = |(handle, label): (usize, &'a String)| Marker {
         label,
-        handle: rig.surface().rest[rig.handles().vertices[handle].index()].map(f64::from),
+        handle: rig.handles().rest[handle].map(f64::from),
         neutral: strains.position(handle, neutral),
         strained: strains.position(handle, strained),
         never_seen: never(handle),

@@ -310,8 +310,7 @@ fn a_spike_of_one_frame_is_in_the_plot_at_its_height() {
 #[test]
 fn strains_are_those_of_the_take() {
     let (rig, take) = &*DEMO;
-    let rest: Vec<[f64; 3]> =
-        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().rest.iter().map(|x| x.map(f64::from)).collect();
     let scaled = |factor: f64| rest.iter().map(move |p| p.map(|x| factor * x));
     let order: Vec<String> = rig.handles().labels.iter().rev().cloned().collect();
     let positions = [1.0, 1.1, 0.8].iter().flat_map(|&s| scaled(s).rev()).collect();

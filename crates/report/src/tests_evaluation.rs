@@ -47,7 +47,7 @@ fn an_evaluation_has_its_tables() {
     let folder = TempDir::new().unwrap();
     write_evaluation(&folder.path().join("new"), &found, &maps, &rig, None).unwrap();
     let (page, json) = page(&folder.path().join("new"), "evaluation");
-    assert_eq!(json["handles"], rig.handles().vertices.len());
+    assert_eq!(json["handles"], rig.handles().len());
     let rows = texts(&page, "tbody tr");
     assert_eq!(rows.len(), 1 + face.examples.len(), "a row for each example and one for all");
     let left_out = found.leave_one_out.as_ref().unwrap();

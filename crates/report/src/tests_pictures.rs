@@ -37,7 +37,7 @@ fn decoded(image: &ElementRef) -> Picture {
 }
 
 fn handles(rig: &Rig) -> Vec<[f32; 3]> {
-    rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect()
+    rig.handles().rest.clone()
 }
 
 fn camera_of(rig: &Rig, turn: f32, size: [u32; 2]) -> Camera {
@@ -161,7 +161,7 @@ fn maps_have_the_colours_of_their_numbers() {
     let found = Evaluation {
         name: "face".into(),
         vertices: rig.vertices(),
-        handles: rig.handles().vertices.len(),
+        handles: rig.handles().len(),
         leave_one_out: None,
         noise: NoiseAnswer { noise_mm: 0.1, errors },
         truth: None,
@@ -249,7 +249,7 @@ fn handles_are_dots_on_the_neutral() {
     const SIZE: [u32; 2] = [520, 640];
     let face = rhytid_demo::face(2_000);
     let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(|p| p.map(|x| x as f32)).collect();
-    let at: Vec<[f32; 3]> = face.handles.vertices.iter().map(|&v| rest[v.index()]).collect();
+    let at: Vec<[f32; 3]> = face.handles.points.iter().map(|point| point.at(&rest)).collect();
     let doubtful: Vec<bool> = (0..at.len()).map(|i| i % 2 == 1).collect();
     // The place of a marker: before the first vertex that is far from all handles.
     let far =

@@ -11,7 +11,7 @@ use faer::sparse::linalg::solvers::{Llt, SymbolicLlt};
 use faer::sparse::{SparseColMat, SymbolicSparseColMat};
 use faer::{Mat, Side};
 use npyz::WriterBuilder;
-use rhytid_core::{NoProgress, Table, VertexId};
+use rhytid_core::{NoProgress, SurfacePoint, Table, VertexId};
 use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
@@ -66,7 +66,8 @@ fn main() -> Outcome<()> {
         rayon::current_num_threads()
     );
     println!("Laplacian             {time:7.2} s");
-    let mut free = DrivenComponents::new(&input.rest, &input.triangles, &input.handles).driven;
+    let points: Vec<SurfacePoint> = input.handles.iter().map(|v| (*v).into()).collect();
+    let mut free = DrivenComponents::new(&input.rest, &input.triangles, &points).driven;
     input.handles.iter().for_each(|v| free[v.index()] = false);
     let free: Vec<u32> = (0..).zip(&free).filter(|(_, free)| **free).map(|(v, _)| v).collect();
     let (system, time) = timed(|| System::new(laplacian, input.bending_length));
@@ -82,8 +83,16 @@ fn main() -> Outcome<()> {
     drop((matrix, root));
     let h = input.handles.len();
     let mut basis = Table::filled(input.rest.len(), h, 0.0);
-    let (done, solves) =
-        timed(|| solve_columns(&system, &factor, &order, &input.handles, &mut basis, &NoProgress));
+    let (done, solves) = timed(|| {
+        solve_columns(
+            &system,
+            &factor,
+            &order,
+            &system.right(&order, &input.handles),
+            &mut basis,
+            &NoProgress,
+        )
+    });
     done?;
     println!("{h} solves             {solves:7.2} s");
     let ours = ordering + factorisation + solves;
@@ -236,7 +245,7 @@ fn from_rig(path: &Path) -> Outcome<Input> {
     Ok(Input {
         rest: rig.surface().rest.iter().map(|p| p.map(f64::from)).collect(),
         triangles: rig.surface().triangles.clone(),
-        handles: rig.handles().vertices.clone(),
+        handles: rig.handles().points.iter().map(SurfacePoint::nearest_vertex).collect(),
         bending_length: rig.bending_length(),
     })
 }

@@ -1,7 +1,9 @@
 //! Section 2: the large-scale basis, by one sparse Cholesky factorisation.
+use crate::points;
 use crate::system::{NONE, System};
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result, Table, VertexId};
+use rhytid_core::{Progress, Result, SurfacePoint, Table};
+use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;
@@ -12,7 +14,8 @@ use rhytid_geometry::laplacian::Laplacian;
 const COLUMNS_AT_ONCE: usize = 16;
 
 /// B, V×H. `moves[v]` says whether vertex v is in a component with a handle and no pin; rows of other
-/// vertices are zero, rows of handles are the identity.
+/// vertices are zero. At each handle, the basis is the identity: in the row of its vertex or, inside a
+/// triangle, in the mean of the rows of its corners.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Input`] if the system is not positive definite in floating point,
@@ -20,17 +23,18 @@ const COLUMNS_AT_ONCE: usize = 16;
 pub fn basis(
     rest: &[[f64; 3]],
     laplacian: Laplacian,
-    handles: &[VertexId],
+    handles: &[SurfacePoint],
     moves: &[bool],
     bending_length: f64,
     progress: &dyn Progress,
 ) -> Result<Table<f64>> {
     let vertices = moves.len();
-    let mut basis = Table::filled(vertices, handles.len(), 0.0);
+    let held = points::held(handles);
+    let mut basis = Table::filled(vertices, held.len(), 0.0);
     let mut free = moves.to_vec();
-    for (h, v) in handles.iter().enumerate() {
+    for (i, v) in held.iter().enumerate() {
         free[v.index()] = false;
-        basis.row_mut(v.index())[h] = 1.0;
+        basis.row_mut(v.index())[i] = 1.0;
     }
     let free: Vec<u32> = (0..vertices as u32).filter(|&v| free[v as usize]).collect();
 
@@ -41,11 +45,14 @@ pub fn basis(
     progress.step("assemble", 1, 1)?;
     let factor = Factor::new(&matrix, &root, progress)?;
     drop((matrix, root));
-    solve_columns(&system, &factor, &order, handles, &mut basis, progress)?;
-    Ok(basis)
+    solve_columns(&system, &factor, &order, &system.right(&order, &held), &mut basis, progress)?;
+    if handles.iter().all(|point| point.vertex().is_some()) {
+        return Ok(basis);
+    }
+    points::from_vertices_to_points(&system, &factor, &order, &held, handles, &basis, progress)
 }
 
-/// B_free = −A_ff⁻¹ A_fH, into the rows of `order` of the basis, V×H.
+/// A_ff⁻¹ times the columns of `right`, into the rows of `order` of `solution`, V×n.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`].
@@ -53,13 +60,12 @@ pub fn solve_columns(
     system: &System,
     factor: &Factor,
     order: &[u32],
-    handles: &[VertexId],
-    basis: &mut Table<f64>,
+    right: &Columns,
+    solution: &mut Table<f64>,
     progress: &dyn Progress,
 ) -> Result<()> {
-    let count = handles.len();
+    let count = solution.columns();
     let place = system.places(order);
-    let right = system.right(order, handles);
     // Each thread has one block of right-hand sides at a time, and uses its memory again.
     let mut blocks = vec![Vec::new(); rayon::current_num_threads().min(count.div_ceil(COLUMNS_AT_ONCE))];
     let at_once = blocks.len() * COLUMNS_AT_ONCE;
@@ -80,7 +86,7 @@ pub fn solve_columns(
             }
             factor.solve(x, k);
         });
-        let rows = basis.par_rows_mut().zip(&place).filter(|(_, place)| **place != NONE);
+        let rows = solution.par_rows_mut().zip(&place).filter(|(_, place)| **place != NONE);
         rows.for_each(|(row, &place)| {
             for (block, (x, row)) in
                 blocks.iter().zip(row[first..end].chunks_mut(COLUMNS_AT_ONCE)).enumerate()

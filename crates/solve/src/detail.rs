@@ -12,7 +12,7 @@ const VERTICES_AT_ONCE: usize = 4096;
 /// The features of the centres, N×F, the rest pose first.
 pub(crate) fn pose_features(handles: &HandleSet<f64>, examples: &[Example]) -> Table<f64> {
     let edges = handles.strain_edges.len();
-    let of_example = |example: &Example| handles.strains(&at_handles(handles, &example.positions));
+    let of_example = |example: &Example| handles.strains(&handles.at(&example.positions));
     let rest = vec![0.0; edges];
     let features = std::iter::once(rest).chain(examples.iter().map(of_example)).flatten().collect();
     Table::new(examples.len() + 1, edges, features)
@@ -21,8 +21,9 @@ pub(crate) fn pose_features(handles: &HandleSet<f64>, examples: &[Example]) -> T
 /// The detail of the examples, P×V in mesh units, as components along t, b, n of the tangent frames of the
 /// large scale.
 ///
-/// The detail is zero at vertices for which `moves` is false. `add` gets the handle positions of an example
-/// and V×3 positions from the basis. It adds the rest of the large scale to these positions.
+/// The detail is zero at vertices for which `moves` is false, and at the corners of a handle's triangle:
+/// there, three frames that turn differently would move the handle. `add` gets the handle positions of an
+/// example and V×3 positions from the basis. It adds the rest of the large scale to these positions.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Cancelled`].
@@ -35,12 +36,14 @@ pub(crate) fn detail(
 ) -> Result<Table<[f64; 3]>> {
     let surface = &shell.surface;
     let mut detail = Table::filled(examples.len(), surface.rest.len(), [0.0; 3]);
+    let mut is_corner = vec![false; surface.rest.len()];
+    shell.handles.held().for_each(|v| is_corner[v.index()] = true);
     for (j, (example, detail)) in examples.iter().zip(detail.rows_mut()).enumerate() {
         progress.step("detail", j as u64, examples.len() as u64)?;
-        let handle_positions = at_handles(&shell.handles, &example.positions);
+        let handle_positions = shell.handles.at(&example.positions);
         let mut smooth = smooth(shell, &handle_positions);
         add(&handle_positions, &mut smooth);
-        detail.par_iter_mut().enumerate().filter(|(v, _)| moves(*v)).for_each(|(v, d)| {
+        detail.par_iter_mut().enumerate().filter(|(v, _)| moves(*v) && !is_corner[*v]).for_each(|(v, d)| {
             let left = vec3::sub(example.positions[v], smooth[v]);
             let triangles = shell.topology.vertex_triangles.at(v);
             let n = normals::vertex_normal(&smooth, &surface.triangles, triangles);
@@ -51,11 +54,6 @@ pub(crate) fn detail(
     }
     progress.step("detail", examples.len() as u64, examples.len() as u64)?;
     Ok(detail)
-}
-
-/// The positions of the handles, out of V positions.
-pub(crate) fn at_handles(handles: &HandleSet<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    handles.vertices.iter().map(|v| positions[v.index()]).collect()
 }
 
 /// The positions of all vertices by the basis.

@@ -1,6 +1,6 @@
 //! The connected components that the handles drive (section 2).
 use glam::DVec3;
-use rhytid_core::VertexId;
+use rhytid_core::SurfacePoint;
 use rhytid_geometry::components;
 use rhytid_geometry::laplacian::is_degenerate;
 
@@ -14,13 +14,14 @@ pub struct DrivenComponents {
 }
 
 impl DrivenComponents {
-    /// For V positions, triangles and handle vertices, all in range.
-    pub fn new(rest: &[[f64; 3]], triangles: &[[u32; 3]], handles: &[VertexId]) -> Self {
+    /// For V positions, triangles and handles, all in range.
+    pub fn new(rest: &[[f64; 3]], triangles: &[[u32; 3]], handles: &[SurfacePoint]) -> Self {
         let with_area =
             triangles.iter().filter(|t| !is_degenerate(t.map(|v| DVec3::from_array(rest[v as usize]))));
         let (component, count) = components(rest.len(), with_area);
         let mut has_handle = vec![false; count];
-        handles.iter().for_each(|v| has_handle[component[v.index()] as usize] = true);
+        let held = handles.iter().flat_map(SurfacePoint::corners);
+        held.for_each(|(v, _)| has_handle[component[v.index()] as usize] = true);
         let driven = component.iter().map(|&c| has_handle[c as usize]).collect();
         Self { component, driven }
     }

@@ -17,7 +17,7 @@
 //!     neutral: Mesh { positions, faces, ..Mesh::default() },
 //!     metres_per_unit: 0.01,
 //!     up_axis: UpAxis::Y,
-//!     handles: Handles { labels: ["a", "b", "c", "d"].map(String::from).to_vec(), vertices: [0, 2, 6, 8].map(VertexId).to_vec() },
+//!     handles: Handles { labels: ["a", "b", "c", "d"].map(String::from).to_vec(), points: [0, 2, 6, 8].map(|v| VertexId(v).into()).to_vec() },
 //!     examples: Vec::new(),
 //!     settings: Settings::default(),
 //! };
@@ -42,6 +42,7 @@ mod learned;
 mod mirror;
 mod pins;
 mod placement;
+mod points;
 mod rbf;
 mod refine;
 mod soft_shell;
@@ -191,7 +192,7 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
         handles: Table::new(
             face.examples.len(),
             shell.handles.len(),
-            face.examples.iter().flat_map(|e| detail::at_handles(&shell.handles, &e.positions)).collect(),
+            face.examples.iter().flat_map(|e| shell.handles.at(&e.positions)).collect(),
         ),
     };
     let rig = Rig::new(RigParts {
@@ -247,10 +248,10 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     let rest = &face.neutral.positions;
     let triangles = triangulate(&face.neutral);
     let topology = Topology::new(rest.len(), &triangles);
-    let vertices = &face.handles.vertices;
-    let parts = DrivenComponents::new(rest, &triangles, vertices);
+    let points = &face.handles.points;
+    let parts = DrivenComponents::new(rest, &triangles, points);
     let graph = geodesic::EdgeGraph::new(rest, &topology);
-    let cells = geodesic::nearest_handles(&graph, vertices);
+    let cells = geodesic::nearest_handles(&graph, points);
     let strain_edges = match &face.settings.strain_edges {
         StrainEdges::Given(edges) => edges.clone(),
         StrainEdges::Auto => {
@@ -258,7 +259,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
                 cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
             let mut edges = geodesic::touching_cells(&topology, &of_handle);
             // Two handles at one place (lips that touch) have no strain between them.
-            let at = |h: HandleId| rest[vertices[h.index()].index()];
+            let at = |h: HandleId| points[h.index()].at(rest);
             edges.retain(|&[a, b]| at(a) != at(b));
             // Rigs of the chapter's method keep all edges.
             if matches!(face.settings.method, Method::Learned(_)) {
@@ -269,8 +270,8 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     };
     let handles = HandleSet {
         labels: face.handles.labels.clone(),
-        rest: vertices.iter().map(|v| rest[v.index()]).collect(),
-        vertices: vertices.clone(),
+        rest: face.handles.at(rest),
+        points: points.clone(),
         strain_edges,
         rotations: face.settings.rotations,
     };
@@ -286,7 +287,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     let pinned = pins::pins(face, &cells, spacing);
     let moves: Vec<bool> =
         parts.driven.iter().zip(&pinned).map(|(driven, pinned)| *driven && !pinned).collect();
-    let basis = basis::basis(rest, laplacian.clone(), vertices, &moves, bending_length, progress)?;
+    let basis = basis::basis(rest, laplacian.clone(), points, &moves, bending_length, progress)?;
     progress.step("frames", 0, 1)?;
     let tangent_neighbors = tangent_frames::tangent_neighbors(rest, &triangles, &topology);
     progress.step("frames", 1, 1)?;

@@ -1,7 +1,7 @@
 //! Pins: vertices that stay where they are (section 2). Without pins, a head whose back has no marker would
 //! swing with the face.
 use glam::DVec3;
-use rhytid_core::{Face, Method, VertexId};
+use rhytid_core::{Face, Method, SurfacePoint, VertexId};
 use rhytid_geometry::geodesic::Cell;
 
 /// A vertex stays if no example moves it by more than this, in metres. The bound covers the rounding of files
@@ -27,15 +27,21 @@ pub(crate) fn pins(face: &Face, cells: &[Option<Cell>], spacing: f64) -> Vec<boo
             let squared = (most / face.metres_per_unit).powi(2);
             face.examples.iter().any(|e| DVec3::from_array(e.positions[v]).distance_squared(rest) > squared)
         };
-        let shown: Vec<bool> = face.handles.vertices.iter().map(|&v| moves(v.index(), MOVES)).collect();
+        let shown: Vec<bool> =
+            face.handles.points.iter().map(|point| moves(point.nearest_vertex().index(), MOVES)).collect();
         for (v, (pinned, cell)) in pinned.iter_mut().zip(cells).enumerate() {
             *pinned = cell.is_some_and(|cell| cell.distance > spacing && shown[cell.handle.index()])
                 && !moves(v, STAYS);
         }
     }
     face.settings.pins.vertices.iter().for_each(|&v| pinned[v.index()] = true);
-    face.handles.vertices.iter().for_each(|&v| pinned[v.index()] = false);
+    held(face).for_each(|v| pinned[v.index()] = false);
     pinned
+}
+
+/// The vertices that handles hold.
+fn held(face: &Face) -> impl Iterator<Item = VertexId> {
+    face.handles.points.iter().flat_map(SurfacePoint::corners).map(|(vertex, _)| vertex)
 }
 
 /// The face with the named pins at rest in its examples. `None` if it names none.
@@ -44,7 +50,7 @@ pub(crate) fn with_pins_at_rest(face: &Face) -> Option<Face> {
         return None;
     }
     let mut pinned = face.clone();
-    let handles: std::collections::BTreeSet<VertexId> = face.handles.vertices.iter().copied().collect();
+    let handles: std::collections::BTreeSet<VertexId> = held(face).collect();
     for example in &mut pinned.examples {
         for v in face.settings.pins.vertices.iter().filter(|v| !handles.contains(v)) {
             example.positions[v.index()] = face.neutral.positions[v.index()];

@@ -3,7 +3,7 @@ use crate::align::aligned;
 use crate::exposure::exposure;
 use crate::mirror::mirror_images;
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Face, Remedy, Result, UpAxis, VertexId};
+use rhytid_core::{Error, Face, Remedy, Result, SurfacePoint, UpAxis, VertexId};
 use rhytid_geometry::geodesic::EdgeGraph;
 use rhytid_geometry::laplacian;
 use rhytid_geometry::laplacian::is_degenerate;
@@ -26,6 +26,13 @@ const AHEAD: f64 = -0.1;
 /// The bounds are in metres, and as a part of the movement of the vertex that moves farthest.
 const MOVES: (f64, f64) = (1e-3, 0.08);
 
+/// A point that is nearer to a vertex than this, in metres, is that vertex: markers are not seen more
+/// exactly.
+const AT_VERTEX: f64 = 1e-4;
+
+/// Two markers in the same triangle are at least so far apart, in metres.
+const APART: f64 = 5e-4;
+
 /// The largest ratio between an actor's size and the mesh's, either way.
 const SIZES: f64 = 1.25;
 
@@ -37,6 +44,8 @@ pub struct Skin {
     open: Vec<bool>,
     /// V: whether some example moves such a vertex; true for all of them without examples.
     moves: Vec<bool>,
+    /// The corners of all triangles.
+    triangles: Vec<[u32; 3]>,
     /// The triangles at vertices that may be handles.
     surface: Surface,
     /// The mirror image of each vertex, if the mesh is symmetric.
@@ -44,21 +53,24 @@ pub struct Skin {
     /// The face's right, up and forward axes.
     axes: DMat3,
     metres_per_unit: f64,
+    /// Whether handles can be at vertices alone.
+    at_vertices: bool,
 }
 
 /// A marker on the mesh.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placed {
-    /// Its vertex.
-    pub vertex: u32,
-    /// The distance of the vertex from the place of the marker, in mesh units.
+    /// The point of the skin that it holds.
+    pub point: SurfacePoint,
+    /// The distance of that point from the place of the marker, in mesh units.
     pub distance: f64,
-    /// Whether the nearest vertex belongs to another marker.
+    /// Whether the nearest point is too near other markers, so that the marker got the next free vertex.
     pub aside: bool,
 }
 
 impl Skin {
-    /// The skin of a face: the outside of its largest part, without the back of the head.
+    /// The skin of a face, on which handles lie at any point or, where they turn, at vertices. It is the
+    /// outside of its largest part, without the back of the head.
     ///
     /// The insides of mouth and nostrils and the parts behind lids are left out. The face's handles do not
     /// matter.
@@ -120,9 +132,21 @@ impl Skin {
         }
         let images = mirror_images(positions, &face.neutral.faces).ok();
         let is_open = |t: &&[u32; 3]| t.iter().any(|&v| open[v as usize]);
-        let corners = triangles.iter().filter(is_open).map(|t| t.map(|v| rest[v as usize]));
-        let surface = Surface::new(corners.filter(|t| !is_degenerate(*t)).enumerate());
-        Ok(Self { rest, topology, open, moves, surface, images, axes, metres_per_unit: face.metres_per_unit })
+        let corners = |(i, t): (usize, &[u32; 3])| (i, t.map(|v| rest[v as usize]));
+        let corners = triangles.iter().enumerate().filter(|(_, t)| is_open(t)).map(corners);
+        let surface = Surface::new(corners.filter(|(_, corners)| !is_degenerate(*corners)));
+        Ok(Self {
+            topology,
+            open,
+            moves,
+            surface,
+            images,
+            axes,
+            metres_per_unit: face.metres_per_unit,
+            at_vertices: face.settings.rotations,
+            rest,
+            triangles,
+        })
     }
 
     /// Vertices for `count` handles, spread over the vertices that the examples move, after the `kept` ones.
@@ -130,15 +154,15 @@ impl Skin {
     /// Each next vertex is the farthest along the mesh from those before it. On a symmetric mesh the handles
     /// are symmetric too, and there may be one more or less.
     pub fn spread(&self, count: usize, kept: &[VertexId]) -> Vec<VertexId> {
-        let graph =
-            EdgeGraph::new(&self.rest.iter().map(DVec3::to_array).collect::<Vec<_>>(), &self.topology);
+        let rest: Vec<[f64; 3]> = self.rest.iter().map(DVec3::to_array).collect();
+        let graph = EdgeGraph::new(&rest, &self.topology);
         let mut nearest = vec![f64::INFINITY; self.rest.len()];
         let mut chosen: Vec<VertexId> = Vec::new();
         let add = |v: VertexId, nearest: &mut Vec<f64>, chosen: &mut Vec<VertexId>| {
             chosen.push(v);
             let mut distances = vec![0.0; nearest.len()];
             let before = nearest.clone();
-            graph.distances(v.0, |w| before[w as usize], &mut distances);
+            graph.distances(&v.into(), |w| before[w as usize], &mut distances);
             for (near, distance) in nearest.iter_mut().zip(distances) {
                 *near = near.min(distance);
             }
@@ -193,10 +217,10 @@ impl Skin {
         labels
     }
 
-    /// Lays markers over the skin, and gives each marker a vertex of its own.
+    /// Lays markers over the skin, and gives each marker a point of its own.
     ///
     /// `markers` may be in any unit and axes. `metres_per_unit` is their unit, if known, and `known` are the
-    /// vertices of markers whose vertex is known.
+    /// points of markers whose point is known.
     ///
     /// # Errors
     /// [`Error::Input`] for fewer than four markers.
@@ -204,7 +228,7 @@ impl Skin {
         &self,
         markers: &[DVec3],
         metres_per_unit: Option<f64>,
-        known: &[Option<u32>],
+        known: &[Option<SurfacePoint>],
     ) -> Result<(OntoSurface, Vec<Placed>)> {
         let surface = &self.surface;
         let mut middle = DVec3::ZERO;
@@ -222,18 +246,20 @@ impl Skin {
             middle,
             extent,
             scales: [scale / SIZES, scale * SIZES],
-            known: known.iter().map(|v| v.map(|v| self.rest[v as usize])).collect(),
+            known: known.iter().map(|point| point.map(|point| self.at(&point))).collect(),
         };
         let laid = onto_surface(markers, surface, &start).ok_or_else(|| {
             Error::no_fit("fewer than four markers are seen in that frame; choose another frame")
         })?;
         let mut placed: Vec<Option<Placed>> = vec![None; markers.len()];
         let mut taken = vec![false; self.rest.len()];
-        for (placed, v) in placed.iter_mut().zip(known).filter_map(|(placed, v)| Some((placed, (*v)?))) {
-            *placed = Some(Placed { vertex: v, distance: 0.0, aside: false });
-            taken[v as usize] = true;
+        for (placed, point) in
+            placed.iter_mut().zip(known).filter_map(|(placed, point)| Some((placed, (*point)?)))
+        {
+            *placed = Some(Placed { point, distance: 0.0, aside: false });
+            taken[point.nearest_vertex().index()] = true;
         }
-        // The marker nearest to the surface gets its vertex first.
+        // The marker nearest to the surface gets its point first.
         let mut wishes: Vec<(f64, usize)> = (0..markers.len())
             .filter(|&i| placed[i].is_none())
             .map(|i| {
@@ -247,6 +273,12 @@ impl Skin {
             .collect();
         wishes.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         for (_, i) in wishes {
+            if let Some((point, own)) = self.inside(laid.points[i], &placed, &taken) {
+                taken[own.index()] = true;
+                let distance = self.at(&point).distance(laid.points[i]);
+                placed[i] = Some(Placed { point, distance, aside: false });
+                continue;
+            }
             let on = surface.closest(laid.points[i]).map_or(laid.points[i], |closest| closest.point);
             let nearest = |among: &dyn Fn(usize) -> bool| {
                 let near = |v: &usize| self.rest[*v].distance_squared(on);
@@ -258,10 +290,42 @@ impl Skin {
                 .ok_or_else(|| Error::out_of_range("there are more markers than vertices for them"))?;
             let aside = nearest(&|_| true) != Some(v);
             taken[v] = true;
-            placed[i] =
-                Some(Placed { vertex: v as u32, distance: self.rest[v].distance(laid.points[i]), aside });
+            let point = VertexId::from_index(v).into();
+            placed[i] = Some(Placed { point, distance: self.rest[v].distance(laid.points[i]), aside });
         }
         Ok((laid, placed.into_iter().flatten().collect()))
+    }
+
+    /// Where a point is at rest.
+    fn at(&self, point: &SurfacePoint) -> DVec3 {
+        DVec3::from_array(point.mean(|v| self.rest[v.index()].to_array()))
+    }
+
+    /// The point of the skin closest to a marker, and the corner of its triangle that no other marker may
+    /// have. `None` if it is not far enough from a vertex or from the `placed` markers, or has no free
+    /// corner.
+    fn inside(
+        &self,
+        marker: DVec3,
+        placed: &[Option<Placed>],
+        taken: &[bool],
+    ) -> Option<(SurfacePoint, VertexId)> {
+        let is_open = |t: usize| self.triangles[t].iter().all(|&v| self.open[v as usize]);
+        let found =
+            self.surface.closest_that(marker, f64::INFINITY, is_open).filter(|_| !self.at_vertices)?;
+        let point = SurfacePoint::new(self.triangles[found.triangle].map(VertexId), found.weights)?;
+        let metres = |a: DVec3, b: DVec3| a.distance(b) * self.metres_per_unit;
+        if metres(self.at(&point), self.rest[point.nearest_vertex().index()]) < AT_VERTEX {
+            return None;
+        }
+        let shares = |other: &SurfacePoint| other.corners().any(|(v, _)| point.has(v));
+        let mut near = placed.iter().flatten().filter(|other| shares(&other.point));
+        if near.any(|other| metres(self.at(&other.point), self.at(&point)) < APART) {
+            return None;
+        }
+        let mut corners: Vec<(VertexId, f64)> = point.corners().filter(|(v, _)| !taken[v.index()]).collect();
+        corners.sort_by(|a, b| b.1.total_cmp(&a.1));
+        Some((point, corners.first()?.0))
     }
 
     /// The distance of a point from the skin, in mesh units.

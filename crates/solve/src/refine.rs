@@ -4,7 +4,7 @@
 use crate::driven::DrivenComponents;
 use crate::system::System;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result, Rig, VertexId, human, nearest_turn};
+use rhytid_core::{Error, Progress, Result, Rig, SurfacePoint, human, nearest_turn};
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;
@@ -40,7 +40,7 @@ pub struct Refine {
     order: Vec<u32>,
     /// V: whether the vertex is free.
     is_free: Vec<bool>,
-    handles: Vec<VertexId>,
+    handles: Vec<SurfacePoint>,
     /// A step that moves all vertices by less than this is the last, in mesh units.
     still: f64,
 }
@@ -70,12 +70,12 @@ impl Refine {
             )));
         }
         let (surface, handles) = (rig.surface(), rig.handles());
-        let mut is_free = DrivenComponents::new(&surface.rest, &surface.triangles, &handles.vertices).driven;
+        let mut is_free = DrivenComponents::new(&surface.rest, &surface.triangles, &handles.points).driven;
         is_free
             .iter_mut()
             .zip(rig.basis().rows())
             .for_each(|(free, row)| *free &= row.iter().any(|b| *b != 0.0));
-        handles.vertices.iter().for_each(|v| is_free[v.index()] = false);
+        handles.held().for_each(|v| is_free[v.index()] = false);
         let free = (0..rig.vertices() as u32).filter(|&v| is_free[v as usize]).collect();
         let system = System::new(laplacian::laplacian(&surface.rest, &surface.triangles), bending_length);
         let Dissection { order, root } = dissect(&surface.rest, system.pattern(), free);
@@ -89,7 +89,7 @@ impl Refine {
             factor,
             order,
             is_free,
-            handles: handles.vertices.clone(),
+            handles: handles.points.clone(),
             still: STILL * spacing,
         })
     }
@@ -97,7 +97,12 @@ impl Refine {
     /// Refines the V positions of a frame whose H handles are at `handle_positions`. The result is the number
     /// of steps.
     pub fn frame(&self, handle_positions: &[[f64; 3]], positions: &mut [[f64; 3]]) -> usize {
-        self.handles.iter().zip(handle_positions).for_each(|(v, x)| positions[v.index()] = *x);
+        // The corners of a triangle stay where the frame has them, so a handle inside it stays met.
+        for (point, x) in self.handles.iter().zip(handle_positions) {
+            if let Some(v) = point.vertex() {
+                positions[v.index()] = *x;
+            }
+        }
         for step in 1..=MOST_STEPS {
             if self.step(positions) < self.still {
                 return step;

@@ -81,7 +81,7 @@ impl SoftShell {
 mod tests {
     use super::*;
     use crate::basis::basis;
-    use rhytid_core::{NoProgress, VertexId};
+    use rhytid_core::{NoProgress, SurfacePoint, VertexId};
 
     /// A bent sheet of n × n vertices.
     fn sheet(n: usize) -> (Vec<[f64; 3]>, Vec<[u32; 3]>) {
@@ -100,8 +100,15 @@ mod tests {
         let (rest, triangles) = sheet(9);
         let handles = [0, 8, 40, 77].map(VertexId);
         let moves = vec![true; rest.len()];
-        let expected =
-            basis(&rest, laplacian(&rest, &triangles), &handles, &moves, 2.0, &NoProgress).unwrap();
+        let expected = basis(
+            &rest,
+            laplacian(&rest, &triangles),
+            &handles.map(SurfacePoint::from),
+            &moves,
+            2.0,
+            &NoProgress,
+        )
+        .unwrap();
         let (mut weights, mut targets) = (vec![0.0; rest.len()], vec![[0.0; 3]; rest.len()]);
         for (h, v) in handles.iter().enumerate() {
             weights[v.index()] = 1e9;

@@ -21,7 +21,7 @@ pub fn triangle() -> Rig {
     let parts = RigParts {
         handles: HandleSet {
             labels: vec!["corner".into()],
-            vertices: vec![VertexId(0)],
+            points: vec![VertexId(0).into()],
             rest: vec![rest[0]],
             strain_edges: Vec::new(),
             rotations: false,

@@ -21,7 +21,7 @@ pub fn face() -> Face {
         up_axis: UpAxis::Y,
         handles: Handles {
             labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
-            vertices: [0, 4, 12, 20, 24].map(VertexId).to_vec(),
+            points: [0, 4, 12, 20, 24].map(|v| VertexId(v).into()).to_vec(),
         },
         examples: vec![Example { name: "smile".into(), positions: smile, mirror: false }],
         settings: Settings::default(),

@@ -2,12 +2,12 @@
 //!
 //! It also has how the surface turns, grows and stretches from the first face to the second.
 use crate::gradients::{Local, gradients, local, turned_over};
-use crate::landmarks::Landmarks;
+use crate::landmarks::{Landmarks, at_point};
 use crate::skin::Skin;
 use crate::warp::warp;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Face, Progress, Result, Rig, VertexId};
+use rhytid_core::{Face, Progress, Result, Rig, SurfacePoint, VertexId};
 use rhytid_geometry::Topology;
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::triangulate;
@@ -60,9 +60,9 @@ pub(crate) struct Place {
 }
 
 impl Place {
-    /// The place at a vertex.
-    pub(crate) fn at(vertex: u32) -> Self {
-        Self { corners: [vertex; 3], weights: [1.0, 0.0, 0.0], distance: 0.0 }
+    /// The place at a point of the first face.
+    pub(crate) fn at(point: SurfacePoint) -> Self {
+        Self { corners: point.triangle().map(|v| v.0), weights: point.weights(), distance: 0.0 }
     }
 
     /// The weighted mean of the corners' values.
@@ -78,7 +78,7 @@ pub(crate) struct Correspondence {
     /// The change of the surface from the first face to the second at each place. A vertex without a place
     /// has the change of the similarity.
     pub locals: Vec<Local>,
-    /// The change of the surface at each landmark's vertex of the first face.
+    /// The change of the surface at each landmark of the first face.
     pub at_landmarks: Vec<Local>,
     /// V: whether a vertex of the second face is in a part with a landmark.
     pub takes_part: Vec<bool>,
@@ -108,12 +108,12 @@ pub(crate) fn correspondence(
     let rest: Vec<DVec3> = from.surface().rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
     let triangles = triangulate(&to.neutral);
-    let side = |i: usize| -> Vec<VertexId> { landmarks.pairs.iter().map(|pair| pair[i]).collect() };
+    let side = |i: usize| -> Vec<SurfacePoint> { landmarks.pairs.iter().map(|pair| pair[i]).collect() };
     let takes_part = DrivenComponents::new(&to.neutral.positions, &triangles, &side(1)).driven;
     let same_topology = from.surface().faces == to.neutral.faces && rest.len() == to_rest.len();
     let whole = DMat3::from_quat(overall.rotation) * overall.scale;
     let (at_from, warped, places) = if same_topology {
-        let places = (0..rest.len() as u32).map(|v| Ok(Place::at(v))).collect();
+        let places = (0..rest.len() as u32).map(|v| Ok(Place::at(VertexId(v).into()))).collect();
         (VertexTriangles::new(rest.len(), &from.surface().triangles), to_rest, places)
     } else {
         let scaled: Vec<DVec3> = rest.iter().map(|p| overall.apply(*p)).collect();
@@ -138,7 +138,7 @@ pub(crate) fn correspondence(
         |t: &[u32; 3]| t.iter().any(|&v| warped[v as usize] != overall.apply(rest[v as usize]));
     Ok(Correspondence {
         locals: places.par_iter().map(at).collect(),
-        at_landmarks: side(0).into_iter().map(|v| at(&Ok(Place::at(v.0)))).collect(),
+        at_landmarks: side(0).into_iter().map(|point| at(&Ok(Place::at(point)))).collect(),
         places,
         takes_part,
         overall,
@@ -147,7 +147,7 @@ pub(crate) fn correspondence(
         landmark_distances: landmarks
             .pairs
             .iter()
-            .map(|&[a, b]| warped[a.index()].distance(DVec3::from_array(to.neutral.positions[b.index()])))
+            .map(|[a, b]| at_point(a, &warped).distance(DVec3::from_array(b.at(&to.neutral.positions))))
             .collect(),
     })
 }

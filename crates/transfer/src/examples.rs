@@ -19,10 +19,37 @@ const HELD: f64 = 1e8;
 pub(crate) struct Base {
     /// B, V×n, for the n handles whose places are known.
     basis: Table<f64>,
-    /// The place of each of these handles on the first face, and the change of the surface there.
-    handles: Vec<(Place, Local)>,
+    /// These handles.
+    handles: Vec<Known>,
     /// V: whether a vertex stays in all examples.
     stays: Vec<bool>,
+}
+
+/// A handle of the second face whose place on the first is known.
+pub(crate) struct Known {
+    /// Its number.
+    pub handle: usize,
+    /// The vertices that it holds, or one place for all of it.
+    pub corners: Vec<Corner>,
+}
+
+/// A part of a handle.
+pub(crate) struct Corner {
+    /// Its place on the first face.
+    pub place: Place,
+    /// The change of the surface there.
+    pub local: Local,
+    /// How much of the handle it is, with a sum of 1.
+    pub weight: f64,
+}
+
+impl Known {
+    /// The displacement of the handle, as [`carried`].
+    fn carried(&self, positions: &[[f64; 3]], rest: &[DVec3]) -> DVec3 {
+        let of_corner =
+            |corner: &Corner| carried(positions, rest, &corner.place, &corner.local) * corner.weight;
+        self.corners.iter().map(of_corner).sum()
+    }
 }
 
 /// `s R (x − x₀)` at a place of the first face: its displacement, carried over to the second face.
@@ -60,17 +87,16 @@ pub(crate) struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// The shell, held at the handles whose places are known. `known` has each handle, its place, and the
-    /// change of the surface there.
+    /// The shell, held at the handles whose places are known.
     ///
     /// # Errors
     /// As [`shell`].
-    pub(crate) fn base(&self, known: Vec<(usize, Place, Local)>, progress: &dyn Progress) -> Result<Base> {
+    pub(crate) fn base(&self, known: Vec<Known>, progress: &dyn Progress) -> Result<Base> {
         let (rest, to_rest) = (self.rest, &self.to.neutral.positions);
         let handles = &self.to.handles;
         let held = Handles {
-            labels: known.iter().map(|(h, ..)| handles.labels[*h].clone()).collect(),
-            vertices: known.iter().map(|(h, ..)| handles.vertices[*h]).collect(),
+            labels: known.iter().map(|known| handles.labels[known.handle].clone()).collect(),
+            points: known.iter().map(|known| handles.points[known.handle]).collect(),
         };
         // Examples are needed to find the vertices that stay. Vertices without a counterpart are at rest in
         // them.
@@ -78,26 +104,23 @@ impl Maker<'_> {
             let moved = carried_everywhere(self.correspondence, &shape.full, rest);
             let at = |(p, u): (&[f64; 3], DVec3)| (DVec3::from_array(*p) + u).to_array();
             let mut positions: Vec<[f64; 3]> = to_rest.iter().zip(moved).map(at).collect();
-            for (h, place, local) in &known {
-                let v = handles.vertices[*h].index();
-                let moved = carried(&shape.full, rest, place, local);
-                positions[v] = (DVec3::from_array(to_rest[v]) + moved).to_array();
+            for known in &known {
+                let moved = known.carried(&shape.full, rest);
+                for (v, _) in handles.points[known.handle].corners() {
+                    positions[v.index()] = (DVec3::from_array(to_rest[v.index()]) + moved).to_array();
+                }
             }
             Example { name: p.to_string(), positions, mirror: false }
         });
         let mut face = Face { handles: held, examples: provisional.collect(), ..self.to.clone() };
-        if face.handles.vertices.len() < handles.vertices.len() {
+        if face.handles.len() < handles.len() {
             // Edges that the project gives are between all handles.
             face.settings.strain_edges = StrainEdges::Auto;
         }
         let shell = shell(&face, progress)?;
         let basis = shell.basis;
         let stays = |v: usize| self.correspondence.takes_part[v] && basis.row(v).iter().all(|b| *b == 0.0);
-        Ok(Base {
-            stays: (0..to_rest.len()).map(stays).collect(),
-            basis,
-            handles: known.into_iter().map(|(_, place, local)| (place, local)).collect(),
-        })
+        Ok(Base { stays: (0..to_rest.len()).map(stays).collect(), basis, handles: known })
     }
 
     /// The examples: the shell, moved by the first face's handles, plus the wrinkles. With `linear_band`, the
@@ -123,8 +146,7 @@ impl Maker<'_> {
         for (p, shape) in self.shapes.iter().enumerate() {
             progress.step("make examples", p as u64, count as u64)?;
             let leads = if linear_band { &shape.full } else { &shape.smooth };
-            let u: Vec<DVec3> =
-                base.handles.iter().map(|(place, local)| carried(leads, rest, place, local)).collect();
+            let u: Vec<DVec3> = base.handles.iter().map(|known| known.carried(leads, rest)).collect();
             let moved = |v: usize| -> DVec3 { base.basis.row(v).iter().zip(&u).map(|(b, u)| *u * *b).sum() };
             let moved: Vec<DVec3> = (0..to_rest.len()).into_par_iter().map(moved).collect();
             // The rotations of each surface by its smooth motion: wrinkles turn with it.

@@ -1,16 +1,21 @@
 //! Landmarks: handles of both faces that are at the same place, and the similarity between them.
 use glam::DVec3;
-use rhytid_core::{Error, Face, InputErrorKind, Result, Rig, VertexId};
+use rhytid_core::{Error, Face, InputErrorKind, Result, Rig, SurfacePoint};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit;
 
 /// The fewest landmarks that determine the similarity of the faces.
 pub(crate) const LEAST: usize = 4;
 
-/// Pairs of vertices at the same place of the two faces, and their labels.
+/// Pairs of points at the same place of the two faces, and their labels.
 pub(crate) struct Landmarks {
     pub labels: Vec<String>,
-    pub pairs: Vec<[VertexId; 2]>,
+    pub pairs: Vec<[SurfacePoint; 2]>,
+}
+
+/// Where a point is on a mesh with these positions.
+pub(crate) fn at_point(point: &SurfacePoint, positions: &[DVec3]) -> DVec3 {
+    point.corners().map(|(v, weight)| positions[v.index()] * weight).sum()
 }
 
 impl Landmarks {
@@ -21,11 +26,11 @@ impl Landmarks {
     /// [`Error::Input`] if a face has no handle of a named label, or if there are fewer than four pairs.
     pub(crate) fn new(from: &Rig, to: &Face, named: Option<&[(String, String)]>) -> Result<Self> {
         let of_rig = |label: &String| {
-            from.handles().labels.iter().position(|l| l == label).map(|h| from.handles().vertices[h])
+            from.handles().labels.iter().position(|l| l == label).map(|h| from.handles().points[h])
         };
         let handles = &to.handles;
         let of_face =
-            |label: &String| handles.labels.iter().position(|l| l == label).map(|h| handles.vertices[h]);
+            |label: &String| handles.labels.iter().position(|l| l == label).map(|h| handles.points[h]);
         let same: Vec<(String, String)>;
         let pairs = match named {
             Some(pairs) => pairs,
@@ -43,10 +48,10 @@ impl Landmarks {
                 ))
                 .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.to_owned()] })
             };
-            let a_vertex = of_rig(a).ok_or_else(|| lacks(&from.surface().name, a))?;
-            let b_vertex = of_face(b).ok_or_else(|| lacks(&to.name, b))?;
+            let a_point = of_rig(a).ok_or_else(|| lacks(&from.surface().name, a))?;
+            let b_point = of_face(b).ok_or_else(|| lacks(&to.name, b))?;
             found.labels.push(b.clone());
-            found.pairs.push([a_vertex, b_vertex]);
+            found.pairs.push([a_point, b_point]);
         }
         match found.pairs.len() {
             n if n >= LEAST => Ok(found),
@@ -64,7 +69,7 @@ impl Landmarks {
     /// [`Error::Input`] if they lie on a line.
     pub(crate) fn similarity(&self, from: &[DVec3], to: &[DVec3]) -> Result<(Similarity, bool)> {
         let at = |points: &[DVec3], side: usize| -> Vec<DVec3> {
-            self.pairs.iter().map(|pair| points[pair[side].index()]).collect()
+            self.pairs.iter().map(|pair| at_point(&pair[side], points)).collect()
         };
         let (a, b) = (at(from, 0), at(to, 1));
         let weights = vec![1.0; a.len()];

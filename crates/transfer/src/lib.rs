@@ -38,11 +38,11 @@ pub use correspondence::Missing;
 pub use report::{Bare, Maps, Spread, TransferReport};
 
 use correspondence::{Place, correspondence, stretches};
-use examples::{Maker, carried_everywhere};
+use examples::{Corner, Known, Maker, carried_everywhere};
 use glam::DVec3;
 use landmarks::Landmarks;
 use report::Measures;
-use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig};
+use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig, VertexId};
 use rhytid_geometry::{laplacian, triangulate};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_solve::check;
@@ -113,13 +113,17 @@ pub fn transfer(
         triangles: &triangles,
         spacing,
     };
-    let known = to.handles.vertices.iter().enumerate().filter_map(|(h, &v)| {
+    let known = to.handles.points.iter().enumerate().filter_map(|(handle, point)| {
         // A landmark has the place that the user gave.
-        if let Some(i) = landmarks.pairs.iter().position(|pair| pair[1] == v) {
-            return Some((h, Place::at(landmarks.pairs[i][0].0), found.at_landmarks[i]));
+        if let Some(i) = landmarks.pairs.iter().position(|pair| pair[1] == *point) {
+            let (place, local) = (Place::at(landmarks.pairs[i][0]), found.at_landmarks[i]);
+            return Some(Known { handle, corners: vec![Corner { place, local, weight: 1.0 }] });
         }
-        let place = found.places[v.index()].as_ref().ok()?;
-        Some((h, *place, found.locals[v.index()]))
+        let corner = |(v, weight): (VertexId, f64)| {
+            let place = *found.places[v.index()].as_ref().ok()?;
+            Some(Corner { place, local: found.locals[v.index()], weight })
+        };
+        Some(Known { handle, corners: point.corners().map(corner).collect::<Option<_>>()? })
     });
     let base = maker.base(known.collect(), progress)?;
     let made = maker.examples(&base, settings.linear_band, progress)?;

@@ -145,8 +145,9 @@ impl TransferReport {
         ];
         let bare =
             whys.map(|why| Bare { why, vertices: found.places.iter().filter(|p| **p == Err(why)).count() });
-        let bare_handles = to.handles.labels.iter().zip(&to.handles.vertices).filter(|(_, v)| {
-            found.places[v.index()].is_err() && !landmarks.pairs.iter().any(|pair| pair[1] == **v)
+        let bare_handles = to.handles.labels.iter().zip(&to.handles.points).filter(|(_, point)| {
+            point.corners().any(|(v, _)| found.places[v.index()].is_err())
+                && !landmarks.pairs.iter().any(|pair| pair[1] == **point)
         });
         let mut report = Self {
             from: from.surface().name.clone(),

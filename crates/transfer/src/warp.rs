@@ -1,10 +1,11 @@
 //! The warp: one face's rest mesh is laid over another's.
 //!
 //! It is a thin shell that is drawn to landmarks and to the closest points.
+use crate::landmarks::at_point;
 use crate::skin::Skin;
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result, Table, VertexId};
+use rhytid_core::{Progress, Result, SurfacePoint, Table};
 use rhytid_geometry::laplacian::laplacian;
 use rhytid_solve::SoftShell;
 
@@ -45,7 +46,7 @@ impl Progress for Within<'_> {
 /// The places of the vertices of `from` on `onto`.
 ///
 /// `from` is already at the place of `onto`, except for the difference of their shapes. `landmarks` are pairs
-/// of vertices, and `spacing` is the distance between handles.
+/// of points, and `spacing` is the distance between handles.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Input`] if the shell's system cannot be factorised;
@@ -53,7 +54,7 @@ impl Progress for Within<'_> {
 pub(crate) fn warp(
     from: &Skin<'_>,
     onto: &Skin<'_>,
-    landmarks: &[[VertexId; 2]],
+    landmarks: &[[SurfacePoint; 2]],
     spacing: f64,
     progress: &dyn Progress,
 ) -> Result<Vec<DVec3>> {
@@ -85,12 +86,14 @@ pub(crate) fn warp(
                 }
             }
         }
-        for &[a, b] in landmarks {
-            let (v, both) = (a.index(), 1.0 / (LANDMARK * LANDMARK));
-            let to = onto.positions[b.index()] - from.positions[v];
-            let whole = weights[v] + both;
-            targets[v] = ((DVec3::from_array(targets[v]) * weights[v] + to * both) / whole).to_array();
-            weights[v] = whole;
+        for [a, b] in landmarks {
+            let to = at_point(b, &onto.positions) - at_point(a, &from.positions);
+            for (v, part) in a.corners() {
+                let (v, drawn) = (v.index(), part / (LANDMARK * LANDMARK));
+                let whole = weights[v] + drawn;
+                targets[v] = ((DVec3::from_array(targets[v]) * weights[v] + to * drawn) / whole).to_array();
+                weights[v] = whole;
+            }
         }
         let targets = Table::new(targets.len(), 1, targets);
         let moved = shell.drawn(&weights, &targets, &Within(progress))?;

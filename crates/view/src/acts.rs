@@ -76,7 +76,7 @@ impl Scene {
     }
 
     fn take_next(&mut self, step: isize) {
-        let count = self.document.rig.handles().vertices.len() as isize;
+        let count = self.document.rig.handles().len() as isize;
         let next = match self.selected.last() {
             Some(&selected) => (selected as isize + step).rem_euclid(count),
             None if step > 0 => 0,

@@ -153,7 +153,7 @@ mod tests {
     fn what_is_under_the_pointer_follows_it() {
         let (rig, mut orbit) = orbit();
         orbit.look_from(30.0, 20.0);
-        let point = rig.surface().rest[rig.handles().vertices[0].index()];
+        let point = rig.handles().rest[0];
         let [x, y, _] = orbit.camera().project(SIZE, point);
         // A point that is dragged.
         let moved = orbit.moved(point, [31.0, -17.0], 600.0);

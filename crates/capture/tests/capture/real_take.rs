@@ -10,7 +10,7 @@ use std::io::Write;
 pub(crate) fn target() -> Option<Target> {
     let handles = tables::read_handles(&shared("data/markers.csv")?).unwrap();
     let neutral = mesh::read(&shared("data/face/neutral.obj")?).unwrap();
-    let rest = handles.vertices.iter().map(|&v| DVec3::from_array(neutral.positions[v.index()])).collect();
+    let rest = handles.at(&neutral.positions).into_iter().map(DVec3::from_array).collect();
     Some(Target { labels: handles.labels, rest, metres_per_unit: 0.01, strains: vec![], examples: vec![] })
 }
 

@@ -375,10 +375,8 @@ fn around_strongest(face: &Face, take: &Take, count: usize) -> FrameRange {
 /// The frame whose handles are farthest from rest, all together.
 fn strongest_frame(face: &Face, take: &Take) -> usize {
     let Ok(positions) = take.handle_positions(&face.handles.labels) else { return 0 };
-    let rest: Vec<f32> = (face.handles.vertices.iter())
-        .flat_map(|&v| face.neutral.positions[v.index()])
-        .map(|x| x as f32)
-        .collect();
+    let rest: Vec<f32> =
+        (face.handles.at(&face.neutral.positions).iter().flatten()).map(|x| *x as f32).collect();
     let motion = |frame: &[f32]| frame.iter().zip(&rest).map(|(a, b)| (a - b) * (a - b)).sum::<f32>();
     let frames = positions.chunks_exact(rest.len().max(1)).map(motion).enumerate();
     frames.max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(frame, _)| frame)

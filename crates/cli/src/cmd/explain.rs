@@ -2,11 +2,10 @@
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::core::Explanation;
 use rhytid::core::HandleId;
 use rhytid::core::HandleShare;
-use rhytid::core::VertexId;
 use rhytid::core::rig_file;
+use rhytid::core::{Explanation, SurfacePoint};
 use rhytid::{Result, Rig};
 use serde::Serialize;
 
@@ -106,10 +105,10 @@ impl Explained {
         });
         let mut examples: Vec<Example> = examples.collect();
         examples.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-        let is_handle = |v: &VertexId| v.index() == vertex;
+        let is_handle = |point: &SurfacePoint| point.vertex().is_some_and(|v| v.index() == vertex);
         Self {
             vertex,
-            handle: rig.handles().vertices.iter().position(is_handle).map(HandleId::from_index).map(label),
+            handle: rig.handles().points.iter().position(is_handle).map(HandleId::from_index).map(label),
             follows: weights(&explanation.handles),
             strain_edges: edges.collect(),
             anchors: weights(&explanation.anchors),

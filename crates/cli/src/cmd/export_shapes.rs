@@ -23,7 +23,7 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let options = export::Options { force: args.force, ..export::Options::default() };
-    let columns = if args.handles { 3 * rig.handles().vertices.len() } else { 0 };
+    let columns = if args.handles { 3 * rig.handles().len() } else { 0 };
     animation::check_shapes(&args.output, rig.examples().names.len() + columns, &options)?;
     let recipe = StatedRecipe::of_shapes(&rig_file::hash(&args.rig)?);
     let devices = inputs::devices(device, ui)?;

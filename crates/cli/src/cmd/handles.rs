@@ -5,9 +5,9 @@ use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
-use rhytid::core::VertexId;
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, Handles};
+use rhytid::core::{SurfacePoint, VertexId};
 use rhytid::formats::{FileKind, named_output, project, raw_take, refuse_inputs, tables};
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
@@ -157,7 +157,7 @@ fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHan
         frame: args.frame.0,
         metres_per_unit: args.unit.map(UnitChoice::metres),
         rigid: args.rigid.clone(),
-        known: args.at.iter().map(|at| (at.label.clone(), at.vertex)).collect(),
+        known: args.at.iter().map(|at| (at.label.clone(), VertexId(at.vertex).into())).collect(),
     };
     place_handles(face, &raw, &settings).map_err(|error| error.in_file(take.display()))
 }
@@ -177,7 +177,7 @@ fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
     let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
     let mut labels = skin.labels(&vertices);
     labels.iter_mut().zip(&args.at).for_each(|(label, at)| label.clone_from(&at.label));
-    Ok(Handles { labels, vertices })
+    Ok(Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() })
 }
 
 /// What was found, for a person to check.

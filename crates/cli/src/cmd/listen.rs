@@ -126,8 +126,7 @@ fn free(path: &Path) -> PathBuf {
 /// [`Error::Io`]; [`Error::Cancelled`].
 pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<(Take, Kept)> {
     let address = args.live.listen.ok_or_else(|| Error::Internal("nowhere to listen".into()))?;
-    let rest: Vec<[f32; 3]> =
-        rig.handles().vertices.iter().map(|&vertex| rig.surface().rest[vertex.index()]).collect();
+    let rest: Vec<[f32; 3]> = rig.handles().rest.clone();
     let mut receiver = Receiver::bind(address, &rig.handles().labels, &rest)?;
     let address = receiver.address();
     let patience = args.live.timeout.unwrap_or(PATIENCE);

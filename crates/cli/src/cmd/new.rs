@@ -5,7 +5,7 @@ use crate::{args, inputs, output};
 use rhytid::capture::{HandleSettings, place_handles};
 use rhytid::core::human;
 use rhytid::core::text::quoted;
-use rhytid::core::{Example, Handles, Mesh, RawTake, Settings, UpAxis};
+use rhytid::core::{Example, Handles, Mesh, RawTake, Settings, SurfacePoint, UpAxis};
 use rhytid::formats::project::{self, Units};
 use rhytid::formats::{FileKind, Reach, mesh, named_file, raw_take, tables};
 use rhytid::solve::{Severity, Skin, examine};
@@ -288,7 +288,8 @@ fn placed(mut face: Face, raw: Option<&RawTake>) -> Result<(Face, Option<Vec<f64
             Skin::from_face(&face)
         })?;
         let vertices = skin.spread(HANDLES, &[]);
-        face.handles = Handles { labels: skin.labels(&vertices), vertices };
+        let labels = skin.labels(&vertices);
+        face.handles = Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() };
         return Ok((face, None));
     };
     // The right axis is the one in which the markers fit.

@@ -265,14 +265,13 @@ fn shapes_are_the_examples_and_the_large_scale() {
 
     let slider = |k: usize| ((k * 7) % 11) as f32 * 0.1 - 0.5;
     let mut found = base.clone();
-    for k in 0..3 * rig.handles().vertices.len() {
+    for k in 0..3 * rig.handles().len() {
         for (position, offset) in found.iter_mut().zip(shape(1 + k)) {
             (0..3).for_each(|c| position[c] += slider(k) * offset[c]);
         }
     }
-    let handles = rig.handles().vertices.iter().enumerate();
-    let handles = handles.flat_map(|(h, &v)| (0..3).map(move |c| (h, v.index(), c)));
-    let handles: Vec<f32> = handles.map(|(h, v, c)| rig.surface().rest[v][c] + slider(3 * h + c)).collect();
+    let rest = rig.handles().rest.as_flattened().iter().enumerate();
+    let handles: Vec<f32> = rest.map(|(i, x)| x + slider(i)).collect();
     let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = Animator::new(&cpu, &rig, UploadOptions::frames(1)).unwrap();
     animator.evaluate(&handles).unwrap();

@@ -24,6 +24,7 @@ mod outputs;
 #[cfg(feature = "wgpu")]
 mod pages;
 mod placing;
+mod points;
 mod prepare;
 mod processors;
 mod raw_torture;

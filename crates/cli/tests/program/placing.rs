@@ -34,11 +34,11 @@ fn a_raw_take_finds_its_vertices() {
     assert_eq!(found.labels, known.labels);
     let rest = mesh::read(&demo().join("neutral.obj")).unwrap().positions;
     let mut off: Vec<f64> = found
-        .vertices
+        .points
         .iter()
-        .zip(&known.vertices)
+        .zip(&known.points)
         .map(|(a, b)| {
-            let [a, b] = [a, b].map(|v| rest[v.index()]);
+            let [a, b] = [a, b].map(|point| point.at(&rest));
             10.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt()
         })
         .collect();
@@ -90,13 +90,13 @@ fn handles_are_spread_evenly_on_both_sides() {
     assert!(output.status.success(), "{}", stderr(&output));
     let handles = tables::read_handles(Path::new(&table)).unwrap();
     assert!((40..=41).contains(&handles.labels.len()), "{}", handles.labels.len());
-    assert_eq!((handles.labels[0].as_str(), handles.vertices[0].0), ("tip", 7));
+    assert_eq!((handles.labels[0].as_str(), handles.points[0].nearest_vertex().0), ("tip", 7));
     let sides = |side: &str| handles.labels.iter().filter(|label| label.ends_with(side)).count();
     assert_eq!(sides("_l"), sides("_r"), "as many left as right: {:?}", handles.labels);
     // The handles are spread evenly: none is nearer to another than a third of the usual distance. Two
     // handles with the mouth between them are an exception.
     let rest = mesh::read(&demo().join("neutral.obj")).unwrap().positions;
-    let at = |h: usize| rest[handles.vertices[h].index()];
+    let at = |h: usize| handles.points[h].at(&rest);
     let apart = |a: [f64; 3], b: [f64; 3]| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
     let count = handles.labels.len();
     let mut nearest: Vec<f64> = (0..count)
@@ -153,7 +153,7 @@ fn a_folder_of_scans_becomes_a_project_that_animates() {
 /// frames, in millimetres.
 fn reach(usd: &Path, neutral: &Path, table: &Path) -> [f32; 3] {
     let rest = mesh::read(neutral).unwrap().positions;
-    let handles = tables::read_handles(table).unwrap().vertices;
+    let handles = tables::read_handles(table).unwrap();
     let mut reader = rhytid::formats::animation::open(usd).unwrap();
     let apart = |a: [f32; 3], b: [f32; 3]| 100.0 * (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt();
     let (mut now, mut before): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
@@ -163,7 +163,11 @@ fn reach(usd: &Path, neutral: &Path, table: &Path) -> [f32; 3] {
         let points = now.as_chunks::<3>().0;
         let from_rest = |v: usize| apart(points[v], rest[v].map(|c| c as f32));
         farthest = (0..points.len()).map(from_rest).fold(farthest, f32::max);
-        marker = handles.iter().map(|&v| from_rest(v.index())).fold(marker, f32::max);
+        marker = handles
+            .points
+            .iter()
+            .map(|point| from_rest(point.nearest_vertex().index()))
+            .fold(marker, f32::max);
         for (x, y) in points.iter().zip(before.as_chunks::<3>().0) {
             jump = jump.max(apart(*x, *y));
         }

@@ -50,11 +50,11 @@ fn a_sheets_expression_is_carried_over_and_its_markers_are_met() {
     let markers = take.handle_positions(&handles.labels).unwrap();
     let mut reader = animation::open(&f.path("fine.usd")).unwrap();
     let mut positions = Vec::new();
-    for (frame, markers) in markers.chunks(3 * handles.vertices.len()).enumerate() {
+    for (frame, markers) in markers.chunks(3 * handles.len()).enumerate() {
         reader.positions(frame, &mut positions).unwrap();
-        for (marker, &v) in markers.chunks(3).zip(&handles.vertices) {
-            for (x, y) in marker.iter().zip(&positions[3 * v.index()..]) {
-                assert!((x - y).abs() < 2e-6, "frame {frame}, vertex {v}: {x} and {y}");
+        for (marker, point) in markers.chunks(3).zip(&handles.points) {
+            for (x, y) in marker.iter().zip(point.at(positions.as_chunks::<3>().0)) {
+                assert!((x - y).abs() < 2e-6, "frame {frame}, {point}: {x} and {y}");
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The handles of a rig: their labels, their rest positions, and what is measured from them in a frame.
-use super::number;
-use crate::{HandleId, Rotations, VertexId};
+use crate::{HandleId, Rotations, SurfacePoint, VertexId};
 use rhytid_kernels::{Real, strain, vec3};
+use std::collections::BTreeMap;
 
 /// H handles and the F strain edges between them.
 ///
@@ -10,9 +10,9 @@ use rhytid_kernels::{Real, strain, vec3};
 pub struct HandleSet<T: Real = f32> {
     /// H labels, distinct.
     pub labels: Vec<String>,
-    /// H vertices, distinct.
-    pub vertices: Vec<VertexId>,
-    /// H rest positions in mesh units: those of the vertices.
+    /// H points of the surface.
+    pub points: Vec<SurfacePoint>,
+    /// H rest positions in mesh units: those of the points.
     pub rest: Vec<[T; 3]>,
     /// F pairs of handles (section 3).
     pub strain_edges: Vec<[HandleId; 2]>,
@@ -33,12 +33,38 @@ pub struct Motions<T> {
 impl<T: Real> HandleSet<T> {
     /// H.
     pub fn len(&self) -> usize {
-        self.vertices.len()
+        self.points.len()
     }
 
     /// Whether there is none. A [`Rig`](crate::Rig) has at least one.
     pub fn is_empty(&self) -> bool {
-        self.vertices.is_empty()
+        self.points.is_empty()
+    }
+
+    /// Where the handles are on a mesh with these V positions, H in their unit.
+    pub fn at(&self, positions: &[[T; 3]]) -> Vec<[T; 3]> {
+        self.points.iter().map(|point| point.at(positions)).collect()
+    }
+
+    /// The vertices that the handles hold: one to three of each. Two handles may hold the same vertex.
+    pub fn held(&self) -> impl Iterator<Item = VertexId> {
+        self.points.iter().flat_map(|point| point.corners().map(|(vertex, _)| vertex))
+    }
+
+    /// Each corner of a handle inside a triangle, with the vertex whose influences it has. Handles that share
+    /// a corner have one such vertex.
+    ///
+    /// What is added to the corners of a triangle is linear in numbers whose mean at the handle is 0, so the
+    /// handle stays if all else is alike there.
+    pub fn alike(&self) -> Vec<(VertexId, VertexId)> {
+        let mut as_of: BTreeMap<VertexId, VertexId> = BTreeMap::new();
+        for point in self.points.iter().filter(|point| point.vertex().is_none()) {
+            let known: Vec<VertexId> = point.corners().filter_map(|(v, _)| as_of.get(&v).copied()).collect();
+            let own = known.first().copied().unwrap_or(point.nearest_vertex());
+            as_of.values_mut().filter(|v| known.contains(v)).for_each(|v| *v = own);
+            as_of.extend(point.corners().map(|(v, _)| (v, own)));
+        }
+        as_of.into_iter().filter(|(corner, as_of)| corner != as_of).collect()
     }
 
     /// F + H: the number of features.
@@ -116,18 +142,19 @@ impl<T: Real> HandleSet<T> {
     /// What the kernel `large_scale` reads for handles at frames × H positions.
     pub fn motions(&self, handle_positions: &[[T; 3]]) -> Motions<T> {
         if let Some(rotations) = Rotations::new(self) {
-            let center = Some(self.vertices[rotations.center()]);
+            let center = Some(self.points[rotations.center()].nearest_vertex());
             return Motions { vectors: rotations.motions(handle_positions), center };
         }
         let pairs = handle_positions.iter().zip(self.rest.iter().cycle());
         Motions { vectors: pairs.map(|(p, rest)| vec3::sub(*p, *rest)).collect(), center: None }
     }
 
-    pub(super) fn cast<U: Real>(&self) -> HandleSet<U> {
+    /// `rest` has the V rest positions of the surface in the new precision.
+    pub(super) fn cast<U: Real>(&self, rest: &[[U; 3]]) -> HandleSet<U> {
         HandleSet {
             labels: self.labels.clone(),
-            vertices: self.vertices.clone(),
-            rest: self.rest.iter().map(|x| x.map(number)).collect(),
+            points: self.points.clone(),
+            rest: self.points.iter().map(|point| point.at(rest)).collect(),
             strain_edges: self.strain_edges.clone(),
             rotations: self.rotations,
         }

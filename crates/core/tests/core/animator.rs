@@ -170,12 +170,14 @@ fn what_is_not_sound_is_no_rig() {
     let refused_rig =
         |word: &str, change: &dyn Fn(&mut RigParts)| refused(changed(&rig(), |parts| change(parts)), &[word]);
     refused_rig("found 0, 0 and 0", &|r| {
-        (r.surface.rest, r.handles.vertices, r.surface.faces) = Default::default();
+        (r.surface.rest, r.handles.points, r.surface.faces) = Default::default();
     });
-    refused_rig("handles", &|r| r.handles.vertices.clear());
+    refused_rig("handles", &|r| r.handles.points.clear());
     refused_rig("labels has 4 elements, expected 5", &|r| r.handles.labels.truncate(4));
     refused_rig("handle_rest has 4 elements, expected 5", &|r| r.handles.rest.truncate(4));
-    refused_rig("handle_rest[3] is not where its vertex 20 is at rest", &|r| r.handles.rest[3][1] += 1.0);
+    refused_rig("handle_rest[3] is not where its point is at rest (vertex 20)", &|r| {
+        r.handles.rest[3][1] += 1.0;
+    });
     refused_rig("basis has 124 elements, expected 125", &|r| r.basis = shorter(&r.basis));
     refused_rig("basis is 5 × 25, expected 25 × 5", &|r| {
         r.basis = Table::new(5, 25, r.basis.as_slice().to_vec());
@@ -189,7 +191,7 @@ fn what_is_not_sound_is_no_rig() {
     });
     refused_rig("pose_features", &|r| r.examples.names.push("another".into()));
     refused_rig("triangles", &|r| r.surface.triangles.truncate(31));
-    refused_rig("handles[0] is 25", &|r| r.handles.vertices[0] = VertexId(25));
+    refused_rig("handles[0] is 25", &|r| r.handles.points[0] = VertexId(25).into());
     refused_rig("basis[6] is NaN", &|r| r.basis.as_mut_slice()[6] = f32::NAN);
     refused_rig("metres_per_unit", &|r| r.surface.metres_per_unit = f64::NAN);
     refused_rig("bending_length", &|r| r.bending_length = f64::INFINITY);

@@ -2,7 +2,8 @@
 
 use proptest::prelude::*;
 use rhytid_core::{
-    Error, InputErrorKind, Materials, NoProgress, Rig, StrainEdgeId, Table, Uvs, WrinkleStrains, rig_file,
+    Error, InputErrorKind, Materials, NoProgress, Rig, StrainEdgeId, SurfacePoint, Table, Uvs, VertexId,
+    WrinkleStrains, rig_file,
 };
 use rhytid_solve::solve;
 use rhytid_test_support::changed;
@@ -56,7 +57,11 @@ fn with_metadata(change: impl FnOnce(&mut Value)) -> Vec<u8> {
 
 /// The file with four bytes of `array` replaced, at `element`.
 fn with_element(array: &str, element: usize, bytes: [u8; 4]) -> Vec<u8> {
-    let (header, arrays) = parse(&BYTES);
+    with_element_of(&BYTES, array, element, bytes)
+}
+
+fn with_element_of(file: &[u8], array: &str, element: usize, bytes: [u8; 4]) -> Vec<u8> {
+    let (header, arrays) = parse(file);
     let start = header[array]["data_offsets"][0].as_u64().unwrap() as usize;
     let mut arrays = arrays.to_vec();
     arrays[start + 4 * element..][..4].copy_from_slice(&bytes);
@@ -79,6 +84,33 @@ fn refused(bytes: &[u8], words: &[&str]) -> InputErrorKind {
     }
 }
 
+/// A rig with a handle inside a triangle.
+fn inside_a_triangle() -> Rig {
+    let mut face = rhytid_test_support::sheet::face();
+    face.handles.points[2] = SurfacePoint::new([6, 7, 12].map(VertexId), [0.3, 0.3, 0.4]).unwrap();
+    solve(&face, &NoProgress).unwrap().rounded().unwrap()
+}
+
+#[test]
+fn handles_inside_triangles_have_weights_and_a_version() {
+    let rig = inside_a_triangle();
+    let bytes = rig_file::encode(&rig).unwrap();
+    let (header, _) = parse(&bytes);
+    assert_eq!(header["handles"]["shape"], json!([5, 3]));
+    assert_eq!(header["handle_weights"]["shape"], json!([5, 3]));
+    assert!(header["__metadata__"]["rhytid"].as_str().unwrap().starts_with("{\"version\":7,"));
+    // The weights of the third handle are those of the face, and the others are at vertices.
+    let third = rig.handles().points[2];
+    assert_eq!(third.triangle(), [6, 7, 12].map(VertexId));
+    assert!((third.weights()[2] - 0.4).abs() < 1e-7);
+    assert_eq!(rig.handles().points[1], VertexId(4).into());
+    let damaged = |weight: f32| with_element_of(&bytes, "handle_weights", 6, weight.to_le_bytes());
+    refused(&damaged(0.7), &["handle_weights[2]", "sum is 1"]);
+    refused(&damaged(-0.3), &["handle_weights[2]"]);
+    refused(&damaged(f32::NAN), &["handle_weights[2]"]);
+    refused(&with_element_of(&bytes, "handles", 6, 25u32.to_le_bytes()), &["handles[2] is 25"]);
+}
+
 #[test]
 fn what_is_written_is_read() {
     let mut face = rhytid_test_support::sheet::face();
@@ -91,7 +123,7 @@ fn what_is_written_is_read() {
     let large_scale_only = solve(&face, &NoProgress).unwrap().rounded().unwrap();
     assert_eq!(large_scale_only.centers(), 1);
     face.handles.labels.truncate(1);
-    face.handles.vertices.truncate(1);
+    face.handles.points.truncate(1);
     let one_handle = solve(&face, &NoProgress).unwrap().rounded().unwrap();
     assert_eq!((one_handle.handles().strain_edges.len(), one_handle.influences().per_vertex()), (0, 0));
     let odd_names = changed(&RIG, |r| {
@@ -102,7 +134,8 @@ fn what_is_written_is_read() {
         r.surface.up_axis = rhytid_core::UpAxis::Z;
     })
     .unwrap();
-    for rig in [corners, plain, per_vertex, infinite, large_scale_only, one_handle, odd_names] {
+    let inside = inside_a_triangle();
+    for rig in [corners, plain, per_vertex, infinite, large_scale_only, one_handle, odd_names, inside] {
         let bytes = rig_file::encode(&rig).unwrap();
         assert_eq!(rig_file::decode(&bytes, "x").unwrap(), rig);
     }
@@ -220,7 +253,7 @@ fn any_reader_of_safetensors_finds_the_arrays() {
     assert_eq!(numbers("face_materials"), RIG.surface().materials.as_ref().unwrap().of_face);
     // The handles at the example's positions.
     let face = rhytid_test_support::sheet::face();
-    let of_example = face.handles.vertices.iter().map(|&v| face.examples[0].positions[v.index()]);
+    let of_example = face.handles.at(&face.examples[0].positions).into_iter();
     let of_example: Vec<f32> = of_example.flatten().map(|x| x as f32).collect();
     assert_eq!(floats("example_handles"), of_example);
 
@@ -246,15 +279,15 @@ fn files_cut_short_anywhere() {
 #[test]
 fn other_versions_and_other_files() {
     // Earlier versions that are no longer written, and later ones.
-    for version in [0, 1, 3, 4, 7, u32::MAX] {
+    for version in [0, 1, 3, 4, 8, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
         let kind =
-            refused(&bytes, &[&format!("version {version}, expected 2, 5 or 6"), "solve the face again"]);
+            refused(&bytes, &[&format!("version {version}, expected 2, 5, 6 or 7"), "solve the face again"]);
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // Such a file may have entirely different metadata, and arrays that are unknown here.
     let newer = with_metadata(|m| *m = json!({"version": 8}));
-    refused(&newer, &["version 8, expected 2, 5 or 6"]);
+    refused(&newer, &["version 8, expected 2, 5, 6 or 7"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],

@@ -133,7 +133,7 @@ impl<'a> Watch<'a> {
     }
 
     fn positions(&mut self, handles: &[f32], stage: Stage, found: &[f32], is_due: bool) -> Result<()> {
-        let (per_frame, of_frame) = (self.rig.handles().vertices.len() * 3, self.rig.vertices() * 3);
+        let (per_frame, of_frame) = (self.rig.handles().len() * 3, self.rig.vertices() * 3);
         for (handles, found) in handles.chunks_exact(per_frame).zip(found.chunks_exact(of_frame)) {
             if let Some(vertex) = self.out_of_bounds(handles, found) {
                 // The handles may be where no face has them. The processor then gives the same result, which
@@ -150,7 +150,7 @@ impl<'a> Watch<'a> {
 
     /// The first vertex that is farther away than any face can go, or is not a number.
     fn out_of_bounds(&self, handles: &[f32], found: &[f32]) -> Option<usize> {
-        let rest = self.rig.handles().vertices.iter().flat_map(|&v| self.rig.surface().rest[v.index()]);
+        let rest = self.rig.handles().rest.iter().flatten().copied();
         let moved = handles.iter().zip(rest).map(|(x, rest)| (x - rest).abs()).fold(0.0, f32::max);
         let most = FARTHEST * (self.diagonal + self.gain * moved);
         let [low, high] = self.bounds;

@@ -129,7 +129,7 @@ fn normals_that_are_not_those_of_the_positions_are_found() {
         let rig = rig(method);
         let options = UploadOptions::frames(2);
         let mut watch = watch_of(&rig, options);
-        let rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
+        let rest = rig.handles().rest.iter().flatten().copied();
         let handles: Vec<f32> = smile(&rig).into_iter().chain(rest).collect();
         let [positions, right] = read(&rig, options, &handles, stages);
         let mut look = |normals: Vec<f32>| watch.batch(&handles, &stages, &[positions.clone(), normals]);

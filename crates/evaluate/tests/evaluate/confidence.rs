@@ -10,8 +10,7 @@ fn rig(face: &Face) -> Rig {
 
 /// Rest, and the handles above the middle pulled up by `up` mesh units, one after the other.
 fn pulls(rig: &Rig, up: f64) -> (Take, Vec<usize>) {
-    let rest: Vec<[f64; 3]> =
-        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().rest.iter().map(|x| x.map(f64::from)).collect();
     let middle = rest.iter().map(|x| x[1]).sum::<f64>() / rest.len() as f64;
     let pulled: Vec<usize> = (0..rest.len()).filter(|&h| rest[h][1] > middle + 2.0).collect();
     let mut positions = rest.clone();
@@ -29,8 +28,8 @@ fn pulls(rig: &Rig, up: f64) -> (Take, Vec<usize>) {
 fn what_no_example_moves_is_unknown_rather_than_certain() {
     let mut face = rhytid_demo::face(4_000);
     let rest = face.neutral.positions.clone();
-    let handles = &face.handles.vertices;
-    let middle = handles.iter().map(|&v| rest[v.index()][1]).sum::<f64>() / handles.len() as f64;
+    let handles = face.handles.at(&rest);
+    let middle = handles.iter().map(|x| x[1]).sum::<f64>() / handles.len() as f64;
     // The examples are of the lower half alone.
     for example in &mut face.examples {
         for (x, rest) in example.positions.iter_mut().zip(&rest) {
@@ -74,7 +73,7 @@ fn the_performance_that_the_examples_are_of_is_covered_and_a_thrown_one_is_not()
         .iter()
         .map(|label| {
             let h = rig.handles().labels.iter().position(|known| known == label).unwrap();
-            rig.surface().rest[rig.handles().vertices[h].index()].map(f64::from)
+            rig.handles().rest[h].map(f64::from)
         })
         .collect();
     let mut thrown = take.clone();

@@ -1,7 +1,7 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
 use rhytid_core::{
-    DeviceInfo, Example, Face, Handles, LearnedSettings, Mesh, Method, NoProgress, Settings, Take, UpAxis,
-    VertexId,
+    DeviceInfo, Example, Face, Handles, LearnedSettings, Mesh, Method, NoProgress, Settings, SurfacePoint,
+    Take, UpAxis, VertexId,
 };
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_evaluate::coverage::{coverage, take_sigma};
@@ -144,7 +144,7 @@ fn scans_that_markers_alone_choose_are_good_ones() {
     let others: Vec<usize> = (0..candidates.len()).filter(|place| !chosen.contains(place)).collect();
     let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
     let handles = take.handle_positions(&rig.handles().labels).unwrap();
-    let per_frame = 3 * rig.handles().vertices.len();
+    let per_frame = 3 * rig.handles().len();
     let handles: Vec<f32> =
         others.iter().flat_map(|&i| &handles[candidates[i] * per_frame..][..per_frame]).copied().collect();
     let mut playback = rhytid_playback::Playback::new(&rig, &device(), others.len()).unwrap();
@@ -176,9 +176,10 @@ fn assert_no_worse_than_the_shell(left_out: &LeaveOneOut) {
 fn an_evaluation_of_another_head_holds() {
     let Some(shared) = shared("data/makehuman") else { return };
     let neutral = mesh::read(&shared.join("neutral.obj")).unwrap();
-    let vertices: Vec<VertexId> = farthest_points(&neutral, 31).into_iter().map(VertexId).collect();
-    let labels = (0..vertices.len()).map(|i| format!("M{i}")).collect();
-    let face = with_poses(bare(&shared, Handles { labels, vertices }, 0.1), &shared);
+    let points: Vec<SurfacePoint> =
+        farthest_points(&neutral, 31).into_iter().map(|v| VertexId(v).into()).collect();
+    let labels = (0..points.len()).map(|i| format!("M{i}")).collect();
+    let face = with_poses(bare(&shared, Handles { labels, points }, 0.1), &shared);
     let (rig, found, maps) =
         evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device(), &NoProgress).unwrap();
     let left_out = found.leave_one_out.unwrap();
@@ -201,8 +202,7 @@ fn an_evaluation_of_another_head_holds() {
     assert!(found.noise.errors.rms_mm < 0.3, "{}", found.noise.errors.rms_mm);
     assert!(maps.iter().all(|map| map.values.iter().all(|x| x.is_finite())));
     // Its own poses are not far; thrown to five times their displacements they are.
-    let rest: Vec<[f64; 3]> =
-        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().rest.iter().map(|x| x.map(f64::from)).collect();
     let pose = |factor: f64| {
         let handles = rig.examples().handles.as_slice().iter().zip(rest.iter().cycle());
         handles

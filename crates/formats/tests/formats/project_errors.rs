@@ -319,8 +319,8 @@ fn a_whole_project_becomes_a_face() {
     assert_eq!((face.name.as_str(), face.metres_per_unit, face.up_axis), ("face", 0.01, UpAxis::Y));
     assert_eq!((face.neutral.positions.len(), face.neutral.positions[2]), (4, [1.0, 1.0, 0.0]));
     assert_eq!(
-        (face.handles.labels, face.handles.vertices),
-        (vec!["a".into(), "b".into()], [0, 2].map(VertexId).to_vec())
+        (face.handles.labels, face.handles.points),
+        (vec!["a".into(), "b".into()], [0, 2].map(|v| VertexId(v).into()).to_vec())
     );
     assert_eq!((face.examples.len(), face.examples[0].name.as_str()), (1, "frown"));
     assert_eq!(face.examples[0].positions[2], [1.0, 1.0, 0.5]);

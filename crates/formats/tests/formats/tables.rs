@@ -1,6 +1,6 @@
 //! The tables of handles and strain edges: what is read, and what every mistake is called.
 use proptest::prelude::*;
-use rhytid_core::{Error, HandleId, Handles, Result, VertexId};
+use rhytid_core::{Error, HandleId, Handles, Result, SurfacePoint, VertexId};
 use rhytid_formats::tables::{
     decode_handles, decode_strain_edges, read_handles, read_strain_edges, write_handles,
 };
@@ -9,6 +9,15 @@ use std::path::Path;
 
 fn handles(text: &str) -> Result<Handles> {
     decode_handles(text.as_bytes(), "markers.csv")
+}
+
+/// A vertex, or a point with any weights.
+fn point() -> impl Strategy<Value = SurfacePoint> {
+    let inside = (any::<[u32; 3]>(), [1e-3..1.0, 0.0..1.0, 0.0..1.0]);
+    let inside = inside.prop_filter_map("weights of a point", |(corners, weights)| {
+        SurfacePoint::new(corners.map(VertexId), weights)
+    });
+    prop_oneof![any::<u32>().prop_map(|v| VertexId(v).into()), inside]
 }
 
 fn labels() -> Vec<String> {
@@ -31,7 +40,7 @@ fn sentence<T: std::fmt::Debug>(result: Result<T>) -> String {
 fn abc() -> Handles {
     Handles {
         labels: ["a", "b b", "ü"].map(str::to_owned).to_vec(),
-        vertices: vec![VertexId(7), VertexId(0), VertexId(4_294_967_295)],
+        points: [7, 0, 4_294_967_295].map(|v| VertexId(v).into()).to_vec(),
     }
 }
 
@@ -50,8 +59,21 @@ fn handles_of_every_style_are_the_same() {
 }
 
 #[test]
+fn a_handle_may_be_inside_a_triangle() {
+    let text = "weight_3,label,vertex,vertex_2,vertex_3,weight,weight_2,distance_mm\n\
+                0.25,a,7,9,8,0.5,0.25,1.5\n,b,3,,,,,0\n0.333,c,1,2,4,0.333,0.333,\n";
+    let point = |corners: [u32; 3], weights| SurfacePoint::new(corners.map(VertexId), weights).unwrap();
+    let expected = [point([7, 9, 8], [0.5, 0.25, 0.25]), VertexId(3).into(), point([1, 2, 4], [1.0; 3])];
+    let found = handles(text).unwrap().points;
+    assert_eq!(found[..2], expected[..2]);
+    assert_eq!(found[2].triangle(), expected[2].triangle());
+    let apart = (0..3).map(|i| (found[2].weights()[i] - expected[2].weights()[i]).abs());
+    assert!(apart.fold(0.0, f64::max) < 1e-6);
+}
+
+#[test]
 fn a_vertex_may_occur_twice() {
-    assert_eq!(handles("label,vertex\na,3\nb,3\n").unwrap().vertices, [VertexId(3); 2]);
+    assert_eq!(handles("label,vertex\na,3\nb,3\n").unwrap().points, [VertexId(3).into(); 2]);
 }
 
 #[test]
@@ -151,7 +173,7 @@ fn handles_that_would_not_read_back_are_not_written() {
     ] {
         let bad = Handles {
             labels: labels.into_iter().map(str::to_owned).collect(),
-            vertices: vertices.into_iter().map(VertexId).collect(),
+            points: vertices.into_iter().map(|v| VertexId(v).into()).collect(),
         };
         let found = sentence(write_handles(&path, &bad, None));
         assert!(found.contains("could not be read back"), "{found}");
@@ -232,7 +254,7 @@ proptest! {
         match decode_handles(&bytes, "f.csv") {
             Ok(handles) => {
                 prop_assert!(!handles.labels.is_empty());
-                prop_assert_eq!(handles.labels.len(), handles.vertices.len());
+                prop_assert_eq!(handles.labels.len(), handles.len());
                 prop_assert_eq!(handles.labels.iter().collect::<HashSet<_>>().len(), handles.labels.len());
             }
             Err(error) => prop_assert!(error.to_string().starts_with("f.csv"), "{}", error),
@@ -253,12 +275,12 @@ proptest! {
 
     #[test]
     fn handles_survive_writing_and_reading(
-        given in proptest::collection::btree_map("[a-zäß_,\"'\\n;]([ a-z_,\"]{0,8}[a-z\"])?", any::<u32>(), 1..20)
+        given in proptest::collection::btree_map("[a-zäß_,\"'\\n;]([ a-z_,\"]{0,8}[a-z\"])?", point(), 1..20)
     ) {
-        let (labels, vertices): (Vec<String>, Vec<u32>) =
+        let (labels, points): (Vec<String>, Vec<SurfacePoint>) =
             given.into_iter().filter(|(label, _)| label.trim() == label).unzip();
         prop_assume!(!labels.is_empty());
-        let handles = Handles { labels, vertices: vertices.into_iter().map(VertexId).collect() };
+        let handles = Handles { labels, points };
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("h.csv");
         write_handles(&path, &handles, None).unwrap();

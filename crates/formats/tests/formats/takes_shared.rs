@@ -12,8 +12,8 @@ fn the_real_markers_and_take_are_read_whole_and_fast() {
         return;
     };
     let handles = read_handles(&markers).unwrap();
-    assert_eq!((handles.labels.len(), handles.vertices.len()), (89, 89));
-    assert_eq!((handles.labels[0].as_str(), handles.vertices[0].0), ("jaw00", 1278));
+    assert_eq!((handles.labels.len(), handles.len()), (89, 89));
+    assert_eq!((handles.labels[0].as_str(), handles.points[0].nearest_vertex().0), ("jaw00", 1278));
 
     let start = Instant::now();
     let take = read(&clean, Some(&handles.labels), Missing::Error).unwrap();

@@ -162,7 +162,7 @@ mod tests {
         let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let take = rhytid_demo::performance(&face);
         let mut positions = take.handle_positions(&rig.handles().labels).unwrap();
-        positions.truncate(40 * 3 * rig.handles().vertices.len());
+        positions.truncate(40 * 3 * rig.handles().len());
         let spread = Uncertainty::new(&rig, &positions).unwrap().unwrap();
         let all: Vec<VertexId> = (0..rig.vertices()).map(VertexId::from_index).collect();
         let exact = Confidence::new(&rig, &all).unwrap();
@@ -173,7 +173,7 @@ mod tests {
         for (frame, variances) in variances.chunks(all.len()).enumerate() {
             let samples = spread.samples(frame);
             spread.sigma(frame, &mut sigma);
-            assert!(rig.handles().vertices.iter().all(|&v| sigma[v.index()] == 0.0));
+            assert!(rig.handles().held().all(|v| sigma[v.index()] == 0.0));
             for (v, variance) in variances.iter().enumerate().filter(|(v, _)| left_out[*v] > 0.0) {
                 let relative = (variance / left_out[v]).sqrt();
                 off += (f64::from(spread.at(v, samples)) - relative).powi(2);

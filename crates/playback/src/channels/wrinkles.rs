@@ -301,7 +301,7 @@ mod tests {
         let face = rhytid_demo::face(1_500);
         let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let wrinkles = WrinkleActivations::new(&rig, &WrinkleGroups::default()).unwrap();
-        let handles = rig.handles().vertices.len();
+        let handles = rig.handles().len();
         let poses: Vec<&[[f32; 3]]> = rig.examples().handles.rows().collect();
         let take = rhytid_demo::performance(&face).handle_positions(&rig.handles().labels).unwrap();
         let mut checked = 0;
@@ -360,8 +360,7 @@ mod tests {
             let expected = [f32::from(u8::from(p < 2)), f32::from(u8::from(p == 2))];
             assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 0.05), "{p}: {found:?}");
         }
-        let rest: Vec<[f32; 3]> =
-            rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+        let rest: Vec<[f32; 3]> = rig.handles().rest.clone();
         each.measure(&rig, &rest);
         assert!(each.activations().all(|of| largest(of) < 1e-5));
     }

@@ -74,8 +74,7 @@ pub(super) fn edit(layers: &Layers, before: Take, rig: &Rig) -> Result<EditedTak
     take.slice(0..take.frames().min(1)).handle_positions(&rig.handles().labels)?;
     let column = |label: &String| take.labels.iter().position(|other| other == label).unwrap_or_default();
     let columns: Vec<usize> = rig.handles().labels.iter().map(column).collect();
-    let rest: Vec<[f64; 3]> =
-        rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()].map(f64::from)).collect();
+    let rest: Vec<[f64; 3]> = rig.handles().rest.iter().map(|x| x.map(f64::from)).collect();
     let markers = take.labels.len();
     for frame in 0..take.frames() {
         let at = frame as f64;

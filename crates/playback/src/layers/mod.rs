@@ -115,8 +115,12 @@ impl Layers {
             let weights = regions.vertices(correction.region.as_deref())?;
             layers.corrections.push(Sculpt { positions, weights, correction: correction.clone() });
         }
+        // A gain moves no handle.
+        let alike = rig.handles().alike();
         for detail in &edits.details {
-            layers.details.push((regions.vertices(detail.region.as_deref())?, detail.by.clone()));
+            let mut weights = regions.vertices(detail.region.as_deref())?;
+            alike.iter().for_each(|(corner, as_of)| weights[corner.index()] = weights[as_of.index()]);
+            layers.details.push((weights, detail.by.clone()));
         }
         Ok(layers)
     }

@@ -2,7 +2,7 @@
 
 use crate::fade::of_vertices;
 use crate::regions::region_of;
-use rhytid_core::{Error, InputErrorKind, Mesh, Result, Rig};
+use rhytid_core::{Error, InputErrorKind, Mesh, Result, Rig, VertexId};
 use rhytid_formats::edits::{Edits, Region};
 use rhytid_formats::mesh;
 use std::collections::{BTreeMap, HashMap};
@@ -33,14 +33,19 @@ impl<'a> Regions<'a> {
     }
 
     /// H weights; all of them 1 where no region is named. In a region of vertices, a handle has the weight of
-    /// its vertex.
+    /// its point.
     pub(super) fn handles(&mut self, name: Option<&str>) -> Result<Vec<f64>> {
         let rig = self.rig;
         Ok(match name.map(|name| self.parts(name)).transpose()? {
-            None => vec![1.0; rig.handles().vertices.len()],
+            None => vec![1.0; rig.handles().len()],
             Some(Parts::Handles(weights)) => weights.clone(),
             Some(Parts::Vertices(weights)) => {
-                rig.handles().vertices.iter().map(|&v| weights[v.index()].into()).collect()
+                let of_vertex = |v: VertexId| f64::from(weights[v.index()]);
+                rig.handles()
+                    .points
+                    .iter()
+                    .map(|point| point.corners().map(|(v, w)| w * of_vertex(v)).sum())
+                    .collect()
             }
         })
     }

@@ -261,7 +261,7 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     let detail = "[[detail]]\nby = 0.5\n";
     let before = f.play(detail);
     let unit = 1e-3 / rig.surface().metres_per_unit;
-    let middle = rig.surface().rest[rig.handles().vertices[3].index()].map(f64::from);
+    let middle = rig.handles().rest[3].map(f64::from);
     let bump = |x: [f64; 3], v: usize| -> [f64; 3] {
         let rest = rig.surface().rest[v].map(f64::from);
         let far = (0..3).map(|c| (rest[c] - middle[c]).powi(2)).sum::<f64>().sqrt() / (30.0 * unit);
@@ -289,9 +289,8 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
     assert!(off(&two[25][0], &twice) < 1e-3, "{} mm", off(&two[25][0], &twice));
     // The distance that `explain` states, which is made of the same strains.
     let handles = f.take.handle_positions(&rig.handles().labels).unwrap();
-    let pose = |frame: usize| {
-        handles[frame * 3 * rig.handles().vertices.len()..][..3 * rig.handles().vertices.len()].as_chunks().0
-    };
+    let pose =
+        |frame: usize| handles[frame * 3 * rig.handles().len()..][..3 * rig.handles().len()].as_chunks().0;
     let [features, rest] = [rig.handles().vector_strains(pose(25)), vec![[0.0; 3]; rig.handles().features()]];
     let apart = |a: &[[f64; 3]], b: &[[f64; 3]], v: usize| {
         let square = |(e, w): (usize, f64)| w * (0..3).map(|c| (a[e][c] - b[e][c]).powi(2)).sum::<f64>();
@@ -332,8 +331,8 @@ fn a_sculpted_frame_is_met_and_far_ones_are_as_before() {
 fn what_no_edited_marker_holds_keeps_every_bit() {
     let f = Fixture::new();
     let rig = &f.rig;
-    let left: Vec<usize> = (0..rig.handles().vertices.len()).filter(|&h| f.handle(h).1[0] > 2.0).collect();
-    assert!(left.len() > 2 && left.len() * 2 < rig.handles().vertices.len());
+    let left: Vec<usize> = (0..rig.handles().len()).filter(|&h| f.handle(h).1[0] > 2.0).collect();
+    assert!(left.len() > 2 && left.len() * 2 < rig.handles().len());
     let labels: Vec<String> = left.iter().map(|&h| format!("{:?}", rig.handles().labels[h])).collect();
     let text = format!(
         "[region.left]\nmarkers = [{}]\n[[gain]]\nregion = \"left\"\nby = [[10, 1], [20, 1.5], [40, 1.5], [50, 1]]\n",
@@ -356,7 +355,7 @@ fn what_no_edited_marker_holds_keeps_every_bit() {
             assert!(*positions == plain[frame][0] && *normals == plain[frame][1], "frame {frame}");
             continue;
         }
-        for (h, &v) in rig.handles().vertices.iter().enumerate() {
+        for (h, v) in rig.handles().held().enumerate() {
             let place = f.at(&take, frame, h);
             let x = &positions[3 * v.index()..][..3];
             assert!((0..3).all(|c| (f64::from(x[c]) - place[c]).abs() < 1e-4), "frame {frame}, handle {h}");
@@ -419,7 +418,7 @@ fn markers_and_wrinkles_that_are_edited_at_once_come_to_what_the_formulas_say() 
     let rig = &f.rig;
     let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
     let by_side: Vec<usize> = {
-        let mut handles: Vec<usize> = (0..rig.handles().vertices.len()).collect();
+        let mut handles: Vec<usize> = (0..rig.handles().len()).collect();
         handles.sort_by(|a, b| f.handle(*b).1[0].total_cmp(&f.handle(*a).1[0]));
         handles
     };

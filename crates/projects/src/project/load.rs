@@ -6,7 +6,7 @@ use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
 use rhytid_core::{
     Error, Example, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges,
-    VertexId, named_file,
+    SurfacePoint, VertexId, named_file,
 };
 use rhytid_meshes as mesh;
 use rhytid_takes::tables;
@@ -209,7 +209,9 @@ fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<Path
 }
 
 fn check_vertices(handles: &Handles, path: &Path, count: usize, neutral: &Path) -> Result<()> {
-    match handles.labels.iter().zip(&handles.vertices).find(|&(_, &vertex)| vertex.index() >= count) {
+    let beyond = |point: &SurfacePoint| point.triangle().into_iter().find(|v| v.index() >= count);
+    let mut found = handles.labels.iter().zip(&handles.points);
+    match found.find_map(|(label, point)| Some((label, beyond(point)?))) {
         None => Ok(()),
         Some((label, vertex)) => Err(Error::out_of_range(format!(
             "{}: handle {label:?} is at vertex {vertex}, but {} has {count} vertices, expected 0 to {}",

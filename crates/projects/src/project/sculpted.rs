@@ -1,7 +1,7 @@
 //! Sculpted examples: a frame of a take whose handles are known, or a displacement map on a mesh.
 
 use glam::DVec3;
-use rhytid_core::{Error, Handles, Mesh, Result};
+use rhytid_core::{Error, Handles, Mesh, Result, SurfacePoint};
 use rhytid_meshes::{DisplacementMap, NormalMap, NormalMapConvention};
 use rhytid_takes::take::{self, Missing};
 use std::path::Path;
@@ -33,18 +33,20 @@ pub(super) fn place_handles(
     let at = take.slice(frame..frame + 1);
     let at = |label: &String| at.labels.iter().position(|l| l == label).map(|column| at.positions[column]);
     let (mut moved, mut farthest) = (0, (0.0, ""));
-    for (label, &vertex) in handles.labels.iter().zip(&handles.vertices) {
+    let mut drawn = Vec::new();
+    for (label, point) in handles.labels.iter().zip(&handles.points) {
         let Some(place) = at(label) else { continue };
-        let x = &mut positions[vertex.index()];
-        let millimetres = DVec3::from(*x).distance(DVec3::from(place)) * metres_per_unit * 1e3;
+        let millimetres =
+            DVec3::from(point.at(positions)).distance(DVec3::from(place)) * metres_per_unit * 1e3;
         if millimetres > MOVED_MM {
             moved += 1;
             if millimetres > farthest.0 {
                 farthest = (millimetres, label);
             }
         }
-        *x = place;
+        drawn.push((point, place));
     }
+    SurfacePoint::draw(&drawn, positions);
     if moved > 0 {
         log::warn!(
             "[[example]] {example:?}: {moved} of the handles are elsewhere in the mesh than in frame {frame} \

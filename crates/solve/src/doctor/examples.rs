@@ -181,7 +181,7 @@ impl<'a> BesideNeutral<'a> {
     fn no_handle_moves(&self) -> Option<Finding> {
         let name = &self.example.name;
         let still = STILL * self.neutral.diagonal;
-        self.face.handles.vertices.iter().all(|&v| self.moved(v.index()) <= still).then(|| {
+        self.face.handles.points.iter().all(|point| self.moved(point.nearest_vertex().index()) <= still).then(|| {
             warning(
                 "example-at-rest",
                 format!(

@@ -37,19 +37,19 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
 }
 
 fn named(face: &Face, h: usize) -> String {
-    format!("{} (vertex {})", face.handles.labels[h], face.handles.vertices[h])
+    format!("{} ({})", face.handles.labels[h], face.handles.points[h])
 }
 
 /// Handles whose nearest neighbours are all on other components. Often such a marker has snapped to an
 /// eyeball or a lash.
 fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
-    let vertices = &face.handles.vertices;
-    let components = DrivenComponents::new(&face.neutral.positions, triangles, vertices);
-    let component = |h: usize| components.component[vertices[h].index()];
-    let position = |h: usize| DVec3::from_array(face.neutral.positions[vertices[h].index()]);
+    let points = &face.handles.points;
+    let components = DrivenComponents::new(&face.neutral.positions, triangles, points);
+    let component = |h: usize| components.component[points[h].nearest_vertex().index()];
+    let position = |h: usize| DVec3::from_array(points[h].at(&face.neutral.positions));
     let mut stray = Vec::new();
-    for h in 0..vertices.len() {
-        let mut others: Vec<usize> = (0..vertices.len()).filter(|&o| o != h).collect();
+    for h in 0..points.len() {
+        let mut others: Vec<usize> = (0..points.len()).filter(|&o| o != h).collect();
         others.sort_by(|&a, &b| {
             position(a).distance(position(h)).total_cmp(&position(b).distance(position(h)))
         });
@@ -75,9 +75,9 @@ fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
 /// Handles that cannot be seen from outside: in the mouth, behind the lids.
 fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Report) {
     let seen = exposure(&face.neutral.positions, triangles, topology);
-    let hidden: Vec<String> = (0..face.handles.vertices.len())
+    let hidden: Vec<String> = (0..face.handles.len())
         .filter(|&h| {
-            let v = face.handles.vertices[h].index();
+            let v = face.handles.points[h].nearest_vertex().index();
             seen[v] < HIDDEN && !topology.neighbors(v).is_empty()
         })
         .map(|h| named(face, h))
@@ -99,9 +99,9 @@ fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut
 /// Strain edges whose way along the skin is much longer than the edge.
 fn detours(face: &Face, topology: &Topology, report: &mut Report) {
     let rest = &face.neutral.positions;
-    let vertices = &face.handles.vertices;
+    let points = &face.handles.points;
     let graph = EdgeGraph::new(rest, topology);
-    let at = |h: HandleId| DVec3::from_array(rest[vertices[h.index()].index()]);
+    let at = |h: HandleId| DVec3::from_array(points[h.index()].at(rest));
     let is_detour = |straight: f64, along: f64| {
         along > AROUND * straight && (along - straight) * face.metres_per_unit > AROUND_BY
     };
@@ -112,15 +112,16 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
             for &[a, b] in edges {
                 let straight = at(a).distance(at(b));
                 let limit = (AROUND * straight).max(straight + AROUND_BY / face.metres_per_unit);
-                graph.distances(vertices[a.index()].0, |_| limit, &mut along);
-                if is_detour(straight, along[vertices[b.index()].index()]) {
+                let [from, to] = [a, b].map(|h| &points[h.index()]);
+                graph.distances(from, |_| limit, &mut along);
+                if is_detour(straight, graph.between(from, to, &along)) {
                     detours.push([a, b]);
                 }
             }
         }
         StrainEdges::Auto => {
             // The way over the place where the two cells touch stands for the shortest one.
-            let cells = nearest_handles(&graph, vertices);
+            let cells = nearest_handles(&graph, points);
             let of: Vec<Option<HandleId>> = cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
             let mut edges = geodesic::touching_cells(topology, &of);
             if matches!(face.settings.method, Method::Learned(_)) {
@@ -164,12 +165,12 @@ fn up(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Rep
         let triangles_at = topology.vertex_triangles.at(v.index());
         DVec3::from_array(normals::vertex_normal(&face.neutral.positions, triangles, triangles_at))
     };
-    let sum: DVec3 = face.handles.vertices.iter().map(|&v| normal(v)).sum();
+    let sum: DVec3 = face.handles.points.iter().map(|point| normal(point.nearest_vertex())).sum();
     let (axis, said, other) = match face.up_axis {
         UpAxis::Y => (DVec3::Y, "y", "z"),
         UpAxis::Z => (DVec3::Z, "z", "y"),
     };
-    let count = face.handles.vertices.len() as f64;
+    let count = face.handles.len() as f64;
     // Most handles of a face look ahead. Handles all around a mesh say nothing.
     if count >= 4.0 && sum.length() > 0.5 * count && sum.normalize().dot(axis).abs() > UPWARDS {
         report.add(

@@ -1,5 +1,6 @@
 //! Findings that make a solve impossible.
 use super::finding::{Finding, Report, Severity};
+use super::points;
 use super::words::{count, first_few, length};
 use glam::DVec3;
 use rhytid_core::{Face, HandleId, LearnedSettings, Method, StrainEdges};
@@ -26,15 +27,18 @@ enum Check {
 }
 
 /// All checks, in the order of the report.
-const CHECKS: [Check; 18] = [
+const CHECKS: [Check; 21] = [
     Check::Needed(no_faces),
     Check::Needed(neutral_not_finite),
     Check::Needed(faulty_faces),
     Check::One(faulty_uvs),
     Check::One(no_area),
     Check::One(no_handles),
-    Check::Needed(labels_without_vertices),
+    Check::Needed(labels_without_points),
     Check::Each(faulty_handles),
+    Check::One(points::not_on_a_face),
+    Check::One(points::not_met_together),
+    Check::One(points::turning),
     Check::Each(faulty_examples),
     Check::One(pins_out_of_range),
     Check::One(bending_length_out_of_range),
@@ -62,7 +66,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     }
 }
 
-fn error(code: &'static str, message: String) -> Finding {
+pub(super) fn error(code: &'static str, message: String) -> Finding {
     Finding { severity: Severity::Error, code, message }
 }
 
@@ -105,17 +109,16 @@ fn no_area(face: &Face) -> Option<Finding> {
 
 fn no_handles(face: &Face) -> Option<Finding> {
     face.handles
-        .vertices
         .is_empty()
         .then(|| error("no-handles", "the face has no handles; list at least one label and vertex".into()))
 }
 
-fn labels_without_vertices(face: &Face) -> Option<Finding> {
-    let (labels, vertices) = (face.handles.labels.len(), face.handles.vertices.len());
-    (labels != vertices).then(|| {
+fn labels_without_points(face: &Face) -> Option<Finding> {
+    let (labels, points) = (face.handles.labels.len(), face.handles.len());
+    (labels != points).then(|| {
         error(
             "handles",
-            format!("the handles have {labels} labels and {vertices} vertices; each needs one of both"),
+            format!("the handles have {labels} labels and {points} points; each needs one of both"),
         )
     })
 }
@@ -126,24 +129,25 @@ fn faulty_handles(face: &Face) -> Vec<Finding> {
     let mut found = Vec::new();
     let mut by_label = HashMap::new();
     let mut by_vertex = HashMap::new();
-    for (label, &v) in face.handles.labels.iter().zip(&face.handles.vertices) {
-        if v.index() >= vertices {
+    for (label, &point) in face.handles.labels.iter().zip(&face.handles.points) {
+        if let Some(v) = point.triangle().into_iter().find(|v| v.index() >= vertices) {
             found.push(error(
                 "handle-out-of-range",
                 format!(
-                    "handle {label} is vertex {v}, expected 0 to {}; vertices count from 0",
+                    "handle {label} is at vertex {v}, expected 0 to {}; vertices count from 0",
                     vertices - 1
                 ),
             ));
         }
-        if by_label.insert(label, v).is_some() {
+        if by_label.insert(label, point).is_some() {
             found.push(error(
                 "duplicate-handle",
                 format!("handle {label} is listed twice; each label is one marker"),
             ));
         }
         // A label that is listed twice with the same vertex is reported above.
-        if let Some(other) = by_vertex.insert(v, label)
+        if let Some(v) = point.vertex()
+            && let Some(other) = by_vertex.insert(v, label)
             && other != label
         {
             found.push(error(
@@ -274,7 +278,7 @@ fn unit_out_of_range(face: &Face) -> Option<Finding> {
 
 fn strain_edges_out_of_range(face: &Face) -> Option<Finding> {
     let StrainEdges::Given(edges) = &face.settings.strain_edges else { return None };
-    let h = face.handles.vertices.len();
+    let h = face.handles.len();
     let i = edges.iter().position(|e| e.iter().any(|&end| end.index() >= h))?;
     let [a, b] = edges[i];
     Some(error(
@@ -286,7 +290,11 @@ fn strain_edges_out_of_range(face: &Face) -> Option<Finding> {
 fn strain_edges_without_length(face: &Face) -> Option<Finding> {
     let StrainEdges::Given(edges) = &face.settings.strain_edges else { return None };
     let handles = &face.handles;
-    let at = |h: HandleId| face.neutral.positions.get(handles.vertices[h.index()].index());
+    let at = |h: HandleId| {
+        let point = handles.points[h.index()];
+        let exists = point.triangle().iter().all(|v| v.index() < face.neutral.positions.len());
+        exists.then(|| point.at(&face.neutral.positions))
+    };
     let flat: Vec<String> = edges
         .iter()
         .filter(|&&[a, b]| at(a).is_some() && at(a) == at(b))

@@ -3,6 +3,7 @@ mod examples;
 mod finding;
 mod handles;
 mod impossible;
+mod points;
 mod surface;
 mod unit;
 mod words;

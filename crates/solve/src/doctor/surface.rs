@@ -19,7 +19,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
         faces.dedup();
         format!("{} {}", if faces.len() == 1 { "face" } else { "faces" }, first_few(&faces))
     };
-    let components = DrivenComponents::new(&mesh.positions, &triangles, &face.handles.vertices);
+    let components = DrivenComponents::new(&mesh.positions, &triangles, &face.handles.points);
 
     undriven(face, &components, report);
 
@@ -76,8 +76,8 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
         let stray: Vec<&String> = handles
             .labels
             .iter()
-            .zip(&handles.vertices)
-            .filter(|(_, v)| !used[v.index()])
+            .zip(&handles.points)
+            .filter(|(_, point)| !used[point.nearest_vertex().index()])
             .map(|(label, _)| label)
             .collect();
         let (severity, then) = if stray.is_empty() {

@@ -5,7 +5,7 @@ use super::vector_strains::VectorStrains;
 use crate::driven::DrivenComponents;
 use pulp::Arch;
 use rayon::prelude::*;
-use rhytid_core::{Error, HandleId, Learned, Result, Rig, VertexId};
+use rhytid_core::{Error, HandleId, Learned, Result, Rig, SurfacePoint, VertexId};
 use rhytid_kernels::Real;
 
 /// The relative σ above which a pose is far from the examples.
@@ -211,7 +211,7 @@ fn of_vertices<T: Real>(
         let noise = settings.marker_noise.powi(2) * system.noise();
         // A handle is where its marker is.
         let unknown = match tau > 0.0 {
-            _ if rig.handles().vertices.contains(&v) => 0.0,
+            _ if rig.handles().points.contains(&v.into()) => 0.0,
             true => noise / (noise + tau),
             false => 1.0,
         };
@@ -275,7 +275,7 @@ impl OfVertex {
 /// At most `count` vertices that stand for equal areas, ascending. They are in parts with a handle, and none
 /// is a handle.
 pub(crate) fn sample<T: Real>(rig: &Rig<T>, count: usize) -> Vec<VertexId> {
-    let (surface, handles) = (rig.surface(), &rig.handles().vertices);
+    let (surface, handles) = (rig.surface(), &rig.handles().points);
     let rest: Vec<[f64; 3]> = surface.rest.iter().map(|x| x.map(T::widen)).collect();
     let driven = DrivenComponents::new(&rest, &surface.triangles, handles).driven;
     let mut area = vec![0.0; rest.len()];
@@ -285,7 +285,7 @@ pub(crate) fn sample<T: Real>(rig: &Rig<T>, count: usize) -> Vec<VertexId> {
         triangle.iter().for_each(|&v| area[v as usize] += of_triangle);
     }
     area.iter_mut().zip(&driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
-    handles.iter().for_each(|v| area[v.index()] = 0.0);
+    handles.iter().filter_map(SurfacePoint::vertex).for_each(|v| area[v.index()] = 0.0);
     let mut vertices: Vec<VertexId> =
         choice::sample(&area, count).into_iter().map(VertexId::from_index).collect();
     vertices.dedup();

@@ -17,6 +17,8 @@ const SLACK: f64 = 1.0 + 1e-9;
 pub(crate) struct Distances {
     /// H×V.
     along: Table<f64>,
+    /// F: between the two ends of each strain edge.
+    of_edges: Vec<f64>,
 }
 
 /// The surface on which distances are measured, and the number of distances that are needed.
@@ -91,24 +93,33 @@ impl Distances {
 
         let (total, done) = (handles.len() as u64, AtomicU64::new(0));
         let mut along = Table::filled(handles.len(), vertices, f64::INFINITY);
-        along.par_rows_mut().zip(handles.vertices.par_iter().zip(&longest)).try_for_each(
-            |(along, (&handle, longest))| {
+        along.par_rows_mut().zip(handles.points.par_iter().zip(&longest)).try_for_each(
+            |(along, (handle, longest))| {
                 progress.step("neighborhoods", done.fetch_add(1, Ordering::Relaxed), total)?;
                 let limit = |v: u32| {
                     let [of_edges, of_handles] = reach[v as usize];
                     (of_edges + SLACK * longest).max(of_handles)
                 };
-                graph.distances(handle.0, limit, along);
+                graph.distances(handle, limit, along);
                 Ok(())
             },
         )?;
         progress.step("neighborhoods", total, total)?;
-        Ok(Self { along })
+        let between = |&[a, b]: &[HandleId; 2]| {
+            let [from, to] = [a, b].map(|h| &handles.points[h.index()]);
+            graph.between(from, to, along.row(a.index()))
+        };
+        Ok(Self { of_edges: strain_edges.iter().map(between).collect(), along })
     }
 
     /// g between handle `h` and vertex `v` in mesh units.
     pub(crate) fn get(&self, h: HandleId, v: usize) -> f64 {
         self.along.row(h.index())[v]
+    }
+
+    /// g between the two ends of each strain edge, F in mesh units.
+    pub(crate) fn of_edges(&self) -> &[f64] {
+        &self.of_edges
     }
 
     /// g between each of the H handles and vertex `v`, into `out`.
@@ -169,7 +180,7 @@ mod tests {
     use super::super::neighborhoods::{InfluenceSource, edge_influences, linear_influences};
     use super::*;
     use rhytid_core::NoProgress;
-    use rhytid_core::VertexId;
+    use rhytid_core::{SurfacePoint, VertexId};
     use rhytid_geometry::geodesic::nearest_handles;
     use rhytid_geometry::geodesic::touching_cells;
 
@@ -186,8 +197,8 @@ mod tests {
         let triangles: Vec<[u32; 3]> =
             corners.flat_map(|a| [[a, a + 1, a + 41], [a, a + 41, a + 40]]).collect();
         let topology = Topology::new(rest.len(), &triangles);
-        let vertices: Vec<VertexId> = (0..80).map(|h| VertexId((h * 7919 + 13) % 1200)).collect();
-        let cells = nearest_handles(&EdgeGraph::new(&rest, &topology), &vertices);
+        let points: Vec<SurfacePoint> = (0..80).map(|h| VertexId((h * 7919 + 13) % 1200).into()).collect();
+        let cells = nearest_handles(&EdgeGraph::new(&rest, &topology), &points);
         let of_handle: Vec<Option<HandleId>> =
             cells.iter().map(|cell| cell.map(|cell| cell.handle)).collect();
         let mut edges = touching_cells(&topology, &of_handle);
@@ -195,8 +206,8 @@ mod tests {
         edges.push([0, 41].map(HandleId));
         let handles = HandleSet {
             labels: (0..80).map(|h| h.to_string()).collect(),
-            rest: vertices.iter().map(|v| rest[v.index()]).collect(),
-            vertices,
+            rest: points.iter().map(|point| point.at(&rest)).collect(),
+            points,
             strain_edges: edges,
             rotations: false,
         };

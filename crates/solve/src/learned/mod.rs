@@ -21,7 +21,7 @@ mod wrinkles;
 use crate::Details;
 use crate::Shell;
 use crate::bind::bind_nearest;
-use crate::detail::{self, at_handles};
+use crate::detail;
 pub use choice::Candidate;
 pub use confidence::{Confidence, EXTRAPOLATION};
 use distances::{Distances, Searched};
@@ -33,7 +33,7 @@ use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{
     Example, Face, FineScale, HandleSet, Influences, Learned, LearnedSettings, Motions, Progress, Result,
-    Surface, Table, VertexId, WrinkleStrains,
+    Surface, SurfacePoint, Table, VertexId, WrinkleStrains,
 };
 use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
@@ -101,8 +101,7 @@ pub(crate) fn learn(
     let settings = LearnedSettings { share, ..settings };
     // Without a strain edge there are only anchors, and the unit of their features does not matter.
     let mean = shell.handles.feature_lengths().last().copied().unwrap_or(1.0);
-    let of_example =
-        |example: &Example| shell.handles.displacements(&at_handles(&shell.handles, &example.positions));
+    let of_example = |example: &Example| shell.handles.displacements(&shell.handles.at(&example.positions));
     let displacements: Vec<Vec<[f64; 3]>> = examples.iter().map(of_example).collect();
 
     let (sources, free_parts) =
@@ -257,8 +256,14 @@ fn neighborhoods(
     let searched = Searched { rest: &surface.rest, topology, cells, nearest_edges: k + 1, nearest_handles };
     let distances = Distances::new(searched, handles, progress)?;
     progress.step("influences", 0, 1)?;
-    let influences = neighborhoods::edge_influences(&distances, handles, mean, max_influences);
-    let linear = neighborhoods::linear_influences(handles, &distances, &influences, sources, mean);
+    let mut influences = neighborhoods::edge_influences(&distances, handles, mean, max_influences);
+    let mut linear = neighborhoods::linear_influences(handles, &distances, &influences, sources, mean);
+    // The corners of a handle's triangle are influenced alike. What is learned is then linear in their
+    // residuals, with the same factors, so its mean stays 0 at the handle.
+    for (corner, as_of) in handles.alike() {
+        influences.copy(as_of, corner);
+        linear.copy(as_of, corner);
+    }
     progress.step("influences", 1, 1)?;
     Ok((influences, linear))
 }
@@ -347,8 +352,8 @@ fn smooth_residual(
     if !examples.is_empty() {
         let smoothed: Vec<bool> =
             parts.driven.iter().zip(pinned).map(|(driven, pinned)| *driven && !pinned).collect();
-        let (rest, vertices) = (&surface.rest, &handles.vertices);
-        Smoothing::from_surface(rest, laplacian.clone(), vertices, &smoothed, sigma(mean), progress)?
+        let (rest, points) = (&surface.rest, &handles.points);
+        Smoothing::from_surface(rest, laplacian.clone(), points, &smoothed, sigma(mean), progress)?
             .apply(&mut residual, progress)?;
     }
     // At pinned vertices, which no example moves, the residual is rounding and not to be learned.
@@ -364,7 +369,8 @@ pub(crate) fn skin_area(shell: &Shell) -> Vec<f64> {
     let Shell { handles, parts, laplacian, .. } = shell;
     let mut area = laplacian.mass.clone();
     area.iter_mut().zip(&parts.driven).filter(|(_, driven)| !**driven).for_each(|(area, _)| *area = 0.0);
-    handles.vertices.iter().for_each(|v| area[v.index()] = 0.0);
+    let vertices = handles.points.iter().filter_map(SurfacePoint::vertex);
+    vertices.for_each(|v| area[v.index()] = 0.0);
     area
 }
 
@@ -378,7 +384,7 @@ fn residual(shell: &Shell, examples: &[Example]) -> Table<[f64; 3]> {
     }
     // One vector of each handle in each example, or four where the handles turn.
     let of_examples: Vec<Motions<f64>> =
-        examples.iter().map(|e| handles.motions(&at_handles(handles, &e.positions))).collect();
+        examples.iter().map(|e| handles.motions(&handles.at(&e.positions))).collect();
     let center = of_examples[0].center.map(|v| rest[v.index()]);
     let per_example = of_examples[0].vectors.len() / handles.len();
     // Handle by handle, x, y, z of the vectors of one example after the other.

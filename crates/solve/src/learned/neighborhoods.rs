@@ -47,14 +47,12 @@ pub(crate) fn edge_influences(
     if k == 0 {
         return EdgeInfluences { edges, weights };
     }
-    let between: Vec<f64> =
-        strain_edges.iter().map(|&[a, b]| distances.get(a, handles.vertices[b.index()].index())).collect();
     edges.par_rows_mut().zip(weights.par_rows_mut()).enumerate().for_each_init(
         || (vec![0.0; handles.len()], Vec::with_capacity(strain_edges.len())),
         |(to_handle, order), (v, (edges, weights))| {
             distances.to_handles(v, to_handle);
             order.clear();
-            let lengths = strain_edges.iter().zip(&between).enumerate();
+            let lengths = strain_edges.iter().zip(distances.of_edges()).enumerate();
             let all = lengths.map(|(i, (&[a, b], length))| {
                 (to_handle[a.index()] + to_handle[b.index()] - length, i as u32)
             });
@@ -106,7 +104,21 @@ pub(crate) struct Anchors {
     pub(crate) gains: Table<f64>,
 }
 
+impl EdgeInfluences {
+    /// Gives vertex `to` the influences of vertex `from`.
+    pub(crate) fn copy(&mut self, from: VertexId, to: VertexId) {
+        self.edges.copy_row(from.index(), to.index());
+        self.weights.copy_row(from.index(), to.index());
+    }
+}
+
 impl LinearInfluences {
+    /// Gives vertex `to` the influences of vertex `from`.
+    pub(crate) fn copy(&mut self, from: VertexId, to: VertexId) {
+        self.features.copy_row(from.index(), to.index());
+        self.weights.copy_row(from.index(), to.index());
+    }
+
     /// The features that influence vertex `v`, with their ω.
     pub(crate) fn at(&self, v: usize) -> impl Iterator<Item = (u32, f64)> + Clone {
         self.features.row(v).iter().copied().zip(self.weights.row(v).iter().copied())

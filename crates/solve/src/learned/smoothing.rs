@@ -1,9 +1,10 @@
 //! The smooth part of a field on the rest mesh (step 3 of the learned method).
 use crate::driven::DrivenComponents;
 use crate::laplacian::{self, Laplacian};
+use crate::points;
 use crate::system::{NONE, System};
 use rayon::prelude::*;
-use rhytid_core::{Progress, Result, Rig, Table, VertexId};
+use rhytid_core::{Progress, Result, Rig, SurfacePoint, Table};
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;
@@ -22,14 +23,15 @@ const COLUMNS_AT_ONCE: usize = 16;
 /// The smoothing that takes the wrinkles out of a field on the rest mesh.
 ///
 /// It is `Ŵ = (M_ff − (σ²/2) C_ff)⁻¹ M_ff W_f` at the free vertices, which are those of parts with a handle
-/// that are no handles themselves. Ŵ is 0 at handles. Parts without a handle keep their field.
+/// that are no handles themselves. Ŵ is 0 at handles, and is made so where a handle is inside a triangle.
+/// Parts without a handle keep their field.
 pub struct Smoothing {
     system: System,
     factor: Factor,
     order: Vec<u32>,
     /// The place of each vertex in `order`, or [`NONE`].
     place: Vec<u32>,
-    handles: Vec<VertexId>,
+    handles: points::Zeroed,
 }
 
 impl Smoothing {
@@ -48,7 +50,7 @@ impl Smoothing {
     /// # Errors
     /// As [`Smoothing::new`].
     pub fn over(rig: &Rig<f64>, sigma: f64, progress: &dyn Progress) -> Result<Self> {
-        let (surface, handles) = (rig.surface(), &rig.handles().vertices);
+        let (surface, handles) = (rig.surface(), &rig.handles().points);
         let driven = DrivenComponents::new(&surface.rest, &surface.triangles, handles).driven;
         let laplacian = laplacian::laplacian(&surface.rest, &surface.triangles);
         Self::from_surface(&surface.rest, laplacian, handles, &driven, sigma, progress)
@@ -61,19 +63,20 @@ impl Smoothing {
     pub(crate) fn from_surface(
         rest: &[[f64; 3]],
         laplacian: Laplacian,
-        handles: &[VertexId],
+        handles: &[SurfacePoint],
         driven: &[bool],
         sigma: f64,
         progress: &dyn Progress,
     ) -> Result<Self> {
         let mut free = driven.to_vec();
-        handles.iter().for_each(|v| free[v.index()] = false);
+        let vertices = handles.iter().filter_map(SurfacePoint::vertex);
+        vertices.for_each(|v| free[v.index()] = false);
         let free: Vec<u32> = (0..rest.len() as u32).filter(|&v| free[v as usize]).collect();
         let system = System::smoothing(laplacian, sigma);
         let Dissection { order, root } = dissect(rest, system.pattern(), free);
         let factor = Factor::new(&system.lower(&order), &root, progress)?;
         let place = system.places(&order);
-        Ok(Self { system, factor, order, place, handles: handles.to_vec() })
+        Ok(Self { system, factor, order, place, handles: points::Zeroed::new(handles) })
     }
 
     /// `field` is W, V×n in any unit, and becomes Ŵ.
@@ -85,9 +88,7 @@ impl Smoothing {
         if width == 0 {
             return Ok(());
         }
-        for v in &self.handles {
-            field.row_mut(v.index()).fill([0.0; 3]);
-        }
+        self.handles.apply(field);
         let mut firsts: Vec<usize> = (0..width).step_by(COLUMNS_AT_ONCE).collect();
         let at_once = rayon::current_num_threads().min(firsts.len());
         let mut solved: Vec<Vec<f64>> = vec![Vec::new(); at_once];
@@ -111,6 +112,7 @@ impl Smoothing {
                 }
             });
         }
+        self.handles.apply(field);
         progress.step("smooth", width as u64, width as u64)
     }
 }

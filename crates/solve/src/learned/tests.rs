@@ -70,7 +70,7 @@ fn face(case: &Case) -> Face {
         neutral: Mesh { positions: case.rest.clone(), faces, ..Mesh::default() },
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
-        handles: Handles { labels, vertices: case.handles.iter().copied().map(VertexId).collect() },
+        handles: Handles { labels, points: case.handles.iter().map(|v| VertexId(*v).into()).collect() },
         examples: poses
             .map(|(p, positions)| Example {
                 name: format!("p{p}"),

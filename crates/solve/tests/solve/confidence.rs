@@ -35,7 +35,7 @@ fn face(examples: usize, share: f64) -> Face {
 
 /// frames × H handle positions.
 fn frames(rig: &Rig<f64>, count: usize) -> Vec<[f64; 3]> {
-    let rest = rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]);
+    let rest = rig.handles().rest.iter().copied();
     let frame = |i: usize| {
         rest.clone()
             .enumerate()
@@ -59,8 +59,8 @@ fn omega(rig: &Rig<f64>, v: usize) -> Vec<f64> {
 }
 
 fn vector_strains(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
-    let u: Vec<[f64; 3]> = (positions.iter().zip(&rig.handles().vertices))
-        .map(|(x, &v)| [0, 1, 2].map(|c| x[c] - rig.surface().rest[v.index()][c]))
+    let u: Vec<[f64; 3]> = (positions.iter().zip(&rig.handles().rest))
+        .map(|(x, rest)| [0, 1, 2].map(|c| x[c] - rest[c]))
         .collect();
     let lengths = rig.handles().feature_lengths();
     let of_edges = rig
@@ -117,7 +117,7 @@ fn variances_are_what_a_gaussian_process_has_left() {
                 block(i / 3, j / 3)[(i % 3, j % 3)] / tau + if i == j { diagonal } else { 0.0 }
             });
             let own = learned.variances[v];
-            for (f, at) in positions.chunks(rig.handles().vertices.len()).enumerate() {
+            for (f, at) in positions.chunks(rig.handles().len()).enumerate() {
                 let frame = vector_strains(&rig, at);
                 let k = Mat::from_fn(12, 3, |i, d| {
                     kernel(&omega, share, &examples[i / 3], &frame)[(i % 3, d)] / tau
@@ -150,10 +150,9 @@ fn variances_are_what_a_gaussian_process_has_left() {
         }
         assert!(compared > 30, "{compared}");
         // At rest the variance is 0, and also at a handle, which is where its marker is.
-        let rest: Vec<[f64; 3]> =
-            rig.handles().vertices.iter().map(|&v| rig.surface().rest[v.index()]).collect();
+        let rest: Vec<[f64; 3]> = rig.handles().rest.clone();
         assert!(confidence.variances(&rest).iter().all(|variance| *variance == 0.0));
-        assert!(rig.handles().vertices.iter().all(|&v| found[v.index()] == 0.0));
+        assert!(rig.handles().held().all(|v| found[v.index()] == 0.0));
     }
 }
 
@@ -180,7 +179,7 @@ fn plan_by_definition(
 ) -> (Vec<usize>, Vec<f64>) {
     let poses: Vec<Vec<[f64; 3]>> = examples(rig)
         .into_iter()
-        .chain(positions.chunks(rig.handles().vertices.len()).map(|at| vector_strains(rig, at)))
+        .chain(positions.chunks(rig.handles().len()).map(|at| vector_strains(rig, at)))
         .collect();
     let (known, all) = (rig.examples().names.len(), poses.len());
     let vertices = plan_scans(rig, positions, candidates, 0, &NoProgress).unwrap().vertices;

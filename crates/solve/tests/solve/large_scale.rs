@@ -3,7 +3,7 @@
 use faer::Side;
 use faer::sparse::SymbolicSparseColMat;
 use faer::sparse::linalg::cholesky::{SymmetricOrdering, factorize_symbolic_cholesky};
-use rhytid_core::{Error, NoProgress, VertexId};
+use rhytid_core::{Error, NoProgress, SurfacePoint, VertexId};
 use rhytid_geometry::cholesky::Columns;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::{Dissection, Graph, Part, dissect};
@@ -203,7 +203,7 @@ fn what_is_not_positive_definite_is_refused() {
 #[test]
 fn the_number_of_threads_changes_no_bit() {
     let (positions, triangles) = sheet(130, 90);
-    let handles: Vec<VertexId> = (0..40).map(|i| VertexId(31 + 290 * i)).collect();
+    let handles: Vec<SurfacePoint> = (0..40).map(|i| VertexId(31 + 290 * i).into()).collect();
     let driven = vec![true; positions.len()];
     let with = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();

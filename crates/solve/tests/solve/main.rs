@@ -4,3 +4,4 @@ mod confidence;
 mod doctor;
 mod large_scale;
 mod pins;
+mod points;

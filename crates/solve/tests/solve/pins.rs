@@ -8,7 +8,7 @@ use rhytid_test_support::sheet::{add_sheet, face};
 fn wide() -> Face {
     let mut face = Face { neutral: <_>::default(), ..face() };
     add_sheet(&mut face.neutral, 24, 6, [0.0; 3]);
-    face.handles.vertices = [0, 3, 49, 120, 123].map(VertexId).to_vec();
+    face.handles.points = [0, 3, 49, 120, 123].map(|v| VertexId(v).into()).to_vec();
     let mut lifted = face.neutral.positions.clone();
     for (v, x) in lifted.iter_mut().enumerate() {
         x[2] += 2.0 * (1.0 - (v % 24) as f64 / 5.0).max(0.0);

@@ -15,7 +15,9 @@ pub use landmarks::read_landmarks;
 pub use markers::{MarkerRow, read_markers, write_markers};
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
-use rhytid_core::{AtomicFile, Error, HandleId, Handles, InputErrorKind, Result, VertexId, input_file};
+use rhytid_core::{
+    AtomicFile, Error, HandleId, Handles, InputErrorKind, Result, SurfacePoint, VertexId, input_file,
+};
 use rows::Rows;
 use std::collections::HashMap;
 use std::io::Write;
@@ -24,10 +26,19 @@ use std::path::Path;
 /// The column of how far each handle is from its marker.
 const DISTANCE: &str = "distance_mm";
 
-/// Reads the handles from a CSV file with the header `label,vertex` (in either order).
+/// The columns of handles inside triangles: two more vertices of a face, and the weights of all three.
+const INSIDE: [&str; 5] = ["vertex_2", "vertex_3", "weight", "weight_2", "weight_3"];
+
+/// The weights of a handle have the sum 1 to within this, since people round them.
+const SUM_WITHIN: f64 = 0.01;
+
+/// Reads the handles from a CSV file with the header `label,vertex` (in any order).
 ///
-/// `vertex` counts from 0. There may be a column `distance_mm` with the distance of each handle from its
-/// marker when it was placed. Blanks around cells, blank lines and a byte order mark do not count.
+/// `vertex` counts from 0. A handle inside a triangle needs the columns `vertex_2`, `vertex_3`, `weight`,
+/// `weight_2` and `weight_3` as well: the three vertices of a face with their weights, whose sum is 1. These
+/// cells are empty for a handle at a vertex. There may be a column `distance_mm` with the distance of each
+/// handle from its marker when it was placed. Blanks around cells, blank lines and a byte order mark do not
+/// count.
 ///
 /// A vertex that occurs twice is not checked here; `rhytid_solve::examine` does that.
 ///
@@ -45,10 +56,16 @@ pub fn read_handles(path: &Path) -> Result<Handles> {
 /// [`Error::Input`].
 pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
     let mut rows = Rows::open(bytes, name)?;
-    let [label_column, vertex_column] = match rows.header().iter().any(|cell| cell == DISTANCE) {
-        true => rows.columns(["label", "vertex", DISTANCE]).map(|[label, vertex, _]| [label, vertex])?,
-        false => rows.columns(["label", "vertex"])?,
+    let has = |column: &str| rows.header().iter().any(|cell| cell == column);
+    let [b, c, of_a, of_b, of_c] = INSIDE;
+    let columns = match (has(b), has(DISTANCE)) {
+        (true, true) => rows.columns(["label", "vertex", b, c, of_a, of_b, of_c, DISTANCE])?.to_vec(),
+        (true, false) => rows.columns(["label", "vertex", b, c, of_a, of_b, of_c])?.to_vec(),
+        (false, true) => rows.columns(["label", "vertex", DISTANCE])?.to_vec(),
+        (false, false) => rows.columns(["label", "vertex"])?.to_vec(),
     };
+    let inside = if has(b) { columns[2..7].try_into().ok() } else { None };
+    let [label_column, vertex_column] = [columns[0], columns[1]];
     let mut handles = Handles::default();
     let mut seen = HashMap::new();
     while rows.next()? {
@@ -65,17 +82,8 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
                 ))
                 .of_kind(InputErrorKind::Conflict));
         }
-        let vertex = rows.text(vertex_column)?;
-        let vertex = vertex.parse().map(VertexId).map_err(|_| {
-            rows.error(&format!(
-                "the vertex of handle {} is {}, expected a whole number from 0 to {}",
-                quoted(label),
-                quoted(vertex),
-                u32::MAX
-            ))
-        })?;
+        handles.points.push(point(&rows, label, vertex_column, inside)?);
         handles.labels.push(label.to_owned());
-        handles.vertices.push(vertex);
     }
     if handles.labels.is_empty() {
         return Err(Error::empty(format!(
@@ -83,6 +91,47 @@ pub fn decode_handles(bytes: &[u8], name: &str) -> Result<Handles> {
         )));
     }
     Ok(handles)
+}
+
+/// The point of the handle `label` in the current row. `inside` are the places of the columns [`INSIDE`].
+fn point(rows: &Rows<'_>, label: &str, vertex: usize, inside: Option<[usize; 5]>) -> Result<SurfacePoint> {
+    let vertex_in = |column: usize| {
+        let text = rows.text(column)?;
+        text.parse().map(VertexId).map_err(|_| {
+            rows.error(&format!(
+                "the vertex of handle {} is {}, expected a whole number from 0 to {}",
+                quoted(label),
+                quoted(text),
+                u32::MAX
+            ))
+        })
+    };
+    let first = vertex_in(vertex)?;
+    let Some(inside) = inside.filter(|columns| columns.iter().any(|&column| !rows.cell(column).is_empty()))
+    else {
+        return Ok(first.into());
+    };
+    let weight_in = |column: usize| {
+        let text = rows.text(column)?;
+        let weight: Option<f64> = text.parse().ok().filter(|weight| (0.0..=1.0).contains(weight));
+        weight.ok_or_else(|| {
+            rows.error(&format!(
+                "a weight of handle {} is {}, expected a number from 0 to 1",
+                quoted(label),
+                quoted(text)
+            ))
+        })
+    };
+    let [b, c, of_a, of_b, of_c] = inside;
+    let corners = [first, vertex_in(b)?, vertex_in(c)?];
+    let weights = [weight_in(of_a)?, weight_in(of_b)?, weight_in(of_c)?];
+    let sum: f64 = weights.iter().sum();
+    SurfacePoint::new(corners, weights).filter(|_| (sum - 1.0).abs() <= SUM_WITHIN).ok_or_else(|| {
+        rows.error(&format!(
+            "the weights of handle {} have the sum {sum}, expected three weights of a sum of 1",
+            quoted(label)
+        ))
+    })
 }
 
 /// Reads frame numbers of a take from a CSV file with a column `frame`, counted from 0. Other columns do not
@@ -160,23 +209,35 @@ pub(crate) fn csv_of<'a>(mut labels: impl Iterator<Item = &'a str>) -> csv::Writ
 /// or occur twice, or no handles at all. [`Error::Io`].
 pub fn write_handles(path: &Path, handles: &Handles, distances: Option<&[f64]>) -> Result<()> {
     let mut csv = csv_of(handles.labels.iter().map(String::as_str));
+    let some_inside = handles.points.iter().any(|point| point.vertex().is_none());
     let mut encode = || -> csv::Result<()> {
-        match distances {
-            None => csv.write_record(["label", "vertex"])?,
-            Some(_) => csv.write_record(["label", "vertex", DISTANCE])?,
-        }
-        for (i, (label, vertex)) in handles.labels.iter().zip(&handles.vertices).enumerate() {
-            let vertex = vertex.to_string();
-            match distances.and_then(|distances| distances.get(i)) {
-                None => csv.write_record([label, &vertex])?,
-                Some(distance) => csv.write_record([label, &vertex, &format!("{distance:.2}")])?,
+        let inside = INSIDE.iter().filter(|_| some_inside);
+        let header = ["label", "vertex"].iter().chain(inside).chain(distances.map(|_| &DISTANCE));
+        csv.write_record(header)?;
+        for (i, (label, point)) in handles.labels.iter().zip(&handles.points).enumerate() {
+            let mut row = vec![label.clone(), point.triangle()[0].to_string()];
+            if some_inside {
+                row.extend(cells_inside(point));
             }
+            let distance = distances.and_then(|distances| distances.get(i));
+            row.extend(distance.map(|distance| format!("{distance:.2}")));
+            csv.write_record(row)?;
         }
         Ok(())
     };
     encode().map_err(|e| Error::Internal(e.to_string()))?;
     let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
     write_checked(path, &bytes, |name| Ok(decode_handles(&bytes, name)? == *handles))
+}
+
+/// The cells of the columns [`INSIDE`].
+fn cells_inside(point: &SurfacePoint) -> [String; 5] {
+    if point.vertex().is_some() {
+        return Default::default();
+    }
+    let [_, b, c] = point.triangle();
+    let [of_a, of_b, of_c] = point.weights().map(|weight| weight as f32);
+    [b.to_string(), c.to_string(), of_a.to_string(), of_b.to_string(), of_c.to_string()]
 }
 
 /// Writes `bytes` if `reads_back` finds the same content in them. `reads_back` receives the name of the file.

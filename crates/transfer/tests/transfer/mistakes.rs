@@ -12,7 +12,7 @@ fn made(from: &Rig, to: &Face, landmarks: Option<&[(&str, &str)]>) -> rhytid_cor
 
 fn faces() -> (Rig, Face) {
     let (first, second) = (rhytid_demo::face(2_500), rhytid_demo::face(2_000));
-    let second = bare(&second, second.neutral.clone(), second.handles.vertices.clone());
+    let second = bare(&second, second.neutral.clone(), second.handles.points.clone());
     (rig(&first), second)
 }
 
@@ -39,7 +39,7 @@ fn landmarks_that_say_too_little_are_refused() {
     assert!(message.contains("has no examples"), "{message}");
     to.handles.labels.iter_mut().for_each(|label| label.insert(0, 'x'));
     refused(&to, None, "share 0 landmarks");
-    to.handles.vertices[1] = to.handles.vertices[0];
+    to.handles.points[1] = to.handles.points[0];
     refused(&to, None, "vertex");
 }
 

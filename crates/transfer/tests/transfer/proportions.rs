@@ -21,7 +21,7 @@ fn another_heads_expressions_are_those_of_its_proportions() {
     for example in &mut truth.examples {
         example.positions.iter_mut().for_each(|p| *p = other_head(*p));
     }
-    let second = bare(&truth, truth.neutral.clone(), truth.handles.vertices.clone());
+    let second = bare(&truth, truth.neutral.clone(), truth.handles.points.clone());
     let settings = Settings { linear_band: true, landmarks: None };
     let made = transfer(&from, &second, &settings, &processor(), &NoProgress).unwrap();
     println!("{:?} {:?} {:?}", made.report.distance_mm, made.report.stretch, made.report.warnings);
@@ -42,7 +42,7 @@ fn another_heads_expressions_are_those_of_its_proportions() {
     }
     // The result is solved as any face is, and its markers are met.
     let to = solve(&made.face, &NoProgress).unwrap();
-    for (h, &v) in to.handles().vertices.iter().enumerate() {
+    for (h, v) in to.handles().held().enumerate() {
         let row = to.basis().row(v.index());
         assert!(row.iter().enumerate().all(|(i, b)| *b == f64::from(u8::from(i == h))), "handle {h}");
     }

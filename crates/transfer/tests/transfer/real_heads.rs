@@ -86,9 +86,9 @@ fn a_head_on_another_head() {
         let to = rig(&made.face);
         let full = played(&to, to.examples().handles.as_slice().as_flattened(), OutputStage::Full);
         for (full, handles) in full.iter().zip(to.examples().handles.rows()) {
-            for (&v, x) in to.handles().vertices.iter().zip(handles) {
-                let far = minus(&full[v.index()], &x.map(f64::from));
-                assert!(far.iter().all(|x| x.abs() < 1e-5), "vertex {v}: {far:?}");
+            for (point, x) in to.handles().points.iter().zip(handles) {
+                let far = minus(&point.at(full), &x.map(f64::from));
+                assert!(far.iter().all(|x| x.abs() < 1e-5), "{point}: {far:?}");
             }
         }
     }

@@ -1,5 +1,5 @@
 //! A mesh of the same surface with other vertices, in another order, and other faces.
-use rhytid_core::{Face, Faces, Mesh, VertexId};
+use rhytid_core::{Face, Faces, Mesh, SurfacePoint, VertexId};
 use rhytid_geometry::triangulate;
 use rhytid_kernels::normals::{VertexTriangles, fan};
 
@@ -9,8 +9,8 @@ pub(crate) struct Remeshed {
     pub mesh: Mesh,
     /// The place of each of its vertices on the first mesh: three vertices and their weights.
     pub places: Vec<([u32; 3], [f64; 3])>,
-    /// The vertices of the first mesh's handles.
-    pub handles: Vec<u32>,
+    /// The first mesh's handles.
+    pub handles: Vec<SurfacePoint>,
 }
 
 impl Remeshed {
@@ -43,7 +43,7 @@ pub(crate) fn remeshed(face: &Face) -> Remeshed {
         distinct.len() == at_vertices.at(v).len()
     };
     let fixed: Vec<bool> = (0..count)
-        .map(|v| !is_inside(v) || face.handles.vertices.contains(&VertexId::from_index(v)))
+        .map(|v| !is_inside(v) || face.handles.points.contains(&VertexId::from_index(v).into()))
         .collect();
     let mut gone = vec![false; count];
     let mut stays = fixed.clone();
@@ -83,7 +83,12 @@ pub(crate) fn remeshed(face: &Face) -> Remeshed {
     let mut made = Remeshed {
         mesh: Mesh { faces, ..Mesh::default() },
         places,
-        handles: face.handles.vertices.iter().map(|&v| number[v.index()]).collect(),
+        handles: face
+            .handles
+            .points
+            .iter()
+            .map(|point| point.renamed(|v| VertexId(number[v.index()])))
+            .collect(),
     };
     made.mesh.positions = made.at(&face.neutral.positions);
     made

@@ -1,7 +1,7 @@
 //! Transfer of the real face to itself with other vertices and faces. The result is known.
 use crate::remesh::remeshed;
 use crate::support::{bare, face, minus, played, processor, rig, rms, wrinkles};
-use rhytid_core::{NoProgress, VertexId};
+use rhytid_core::NoProgress;
 use rhytid_formats::export::OutputStage;
 use rhytid_test_support::shared;
 use rhytid_transfer::{Settings, transfer};
@@ -13,7 +13,7 @@ fn the_real_face_on_itself_with_another_mesh() {
     let from = rig(&first);
     let again = remeshed(&first);
     assert!(again.mesh.positions.len() < 8000, "{}", again.mesh.positions.len());
-    let second = bare(&first, again.mesh.clone(), again.handles.iter().copied().map(VertexId).collect());
+    let second = bare(&first, again.mesh.clone(), again.handles.clone());
     let examples = from.examples().handles.as_slice().as_flattened();
     let full = played(&from, examples, OutputStage::Full);
     let wrinkles = wrinkles(&from, &full);

@@ -9,7 +9,7 @@ use rhytid_transfer::{Settings, Transferred, transfer};
 fn the_same_rest_gets_the_same_examples() {
     let first = rhytid_demo::face(3_000);
     let from = rig(&first);
-    let second = bare(&first, first.neutral.clone(), first.handles.vertices.clone());
+    let second = bare(&first, first.neutral.clone(), first.handles.points.clone());
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let settings = Settings { linear_band: true, landmarks: None };
     let Transferred { face, report, maps } =
@@ -32,7 +32,7 @@ fn a_larger_one_that_is_turned_gets_them_larger_and_turned() {
     let turn = |[x, y, z]: [f64; 3]| [-2.0 * y + 5.0, 2.0 * x, 2.0 * z - 1.0];
     let mut neutral = first.neutral.clone();
     neutral.positions.iter_mut().for_each(|p| *p = turn(*p));
-    let mut second = bare(&first, neutral, first.handles.vertices.clone());
+    let mut second = bare(&first, neutral, first.handles.points.clone());
     second.metres_per_unit = 0.005;
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let wrinkles = wrinkles(&from, &full);

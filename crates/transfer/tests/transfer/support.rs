@@ -1,5 +1,7 @@
 //! Real faces, their rigs, and frames of rigs.
-use rhytid_core::{DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, Table, UpAxis, VertexId};
+use rhytid_core::{
+    DeviceInfo, Example, Face, Handles, NoProgress, Rig, Settings, SurfacePoint, Table, UpAxis,
+};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::OutputStage;
 use rhytid_formats::{mesh, tables};
@@ -37,8 +39,8 @@ pub(crate) fn face(shared: &Path, name: &str) -> Face {
 }
 
 /// Another face of the same kind with this neutral and these handles, without examples.
-pub(crate) fn bare(of: &Face, neutral: rhytid_core::Mesh, vertices: Vec<VertexId>) -> Face {
-    let handles = Handles { labels: of.handles.labels.clone(), vertices };
+pub(crate) fn bare(of: &Face, neutral: rhytid_core::Mesh, points: Vec<SurfacePoint>) -> Face {
+    let handles = Handles { labels: of.handles.labels.clone(), points };
     Face { name: "second".into(), neutral, handles, examples: Vec::new(), ..of.clone() }
 }
 
@@ -50,7 +52,7 @@ pub(crate) fn rig(face: &Face) -> Rig {
 /// The positions of some frames.
 pub(crate) fn played(rig: &Rig, handles: &[f32], stage: OutputStage) -> Vec<Vec<[f64; 3]>> {
     let mut frames = Vec::new();
-    let count = handles.len() / 3 / rig.handles().vertices.len();
+    let count = handles.len() / 3 / rig.handles().len();
     let mut playback = Playback::new(rig, &processor(), count).unwrap();
     let each = |positions: &[f32], _: &[f32]| {
         frames.push(positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect());

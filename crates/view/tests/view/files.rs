@@ -68,8 +68,8 @@ fn a_frame_is_saved_as_a_take_and_as_an_example() {
     let read = mesh::read(&folder.path("FACE-pose-0001.obj")).unwrap();
     assert_eq!(read.faces, demo().1.surface().faces);
     // The mesh's handles are at the positions of the pose.
-    for (&v, p) in demo().1.handles().vertices.iter().zip(&handles) {
-        let q = read.positions[v.index()].map(|x| x as f32);
+    for (point, p) in demo().1.handles().points.iter().zip(&handles) {
+        let q = point.at(&read.positions).map(|x| x as f32);
         assert!(distance(q, *p) < 1e-4, "{q:?} instead of {p:?}");
     }
     // The next file has the next number, and no file is overwritten.

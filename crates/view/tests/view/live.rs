@@ -39,7 +39,7 @@ fn a_take_that_is_sent_at_240_hz_is_followed_to_its_last_frame() {
     let mut view = opened(&folder, [1000.0, 900.0]);
     let take = rhytid_demo::performance(&demo().0);
     let in_take = take.handle_positions(&demo().1.handles().labels).unwrap();
-    let h = 3 * demo().1.handles().vertices.len();
+    let h = 3 * demo().1.handles().len();
     let address = listen(&mut view);
     let frames = 3 * take.frames() as u64;
     let sending = std::thread::spawn(move || {

@@ -114,7 +114,7 @@ fn at(view: &View, handle: usize) -> Pos2 {
 
 /// A handle that is visible from the front and not near another.
 fn handle_in_front(view: &View) -> usize {
-    let seen: Vec<Pos2> = (0..demo().1.handles().vertices.len()).map(|handle| at(view, handle)).collect();
+    let seen: Vec<Pos2> = (0..demo().1.handles().len()).map(|handle| at(view, handle)).collect();
     let alone = |handle: usize| {
         let others = seen.iter().enumerate().filter(|(other, _)| *other != handle);
         others.map(|(_, p)| p.distance(seen[handle])).fold(f32::MAX, f32::min)

@@ -96,8 +96,7 @@ fn several_are_dragged_together_and_pinned_ones_stay() {
     let mut view = opened(&folder, [900.0, 700.0]);
     let first = handle_in_front(&view);
     let other = document(&view).soft_selection().mirror_of(first).filter(|other| *other != first);
-    let other =
-        other.unwrap_or_else(|| (0..demo().1.handles().vertices.len()).find(|&h| h != first).unwrap());
+    let other = other.unwrap_or_else(|| (0..demo().1.handles().len()).find(|&h| h != first).unwrap());
     let place = at(&view, first);
     click(&mut view, place, NONE);
     let place = at(&view, other);
@@ -126,7 +125,7 @@ fn the_mirror_does_the_same_on_the_other_side() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);
     let soft_selection = document(&view).soft_selection().clone();
-    let handle = (0..demo().1.handles().vertices.len())
+    let handle = (0..demo().1.handles().len())
         .find(|&h| {
             soft_selection.mirror_of(h).is_some_and(|other| other != h)
                 && at(&view, h).distance(face(&view).center()) < 200.0
@@ -201,7 +200,7 @@ fn a_vertex_says_what_drives_it() {
     click(&mut view, place, NONE);
     let vertex = view.state().vertex().expect("the skin was clicked");
     let rest = &demo().1.surface().rest;
-    let near = distance(rest[vertex], rest[demo().1.handles().vertices[handle].index()]);
+    let near = distance(rest[vertex], rest[demo().1.handles().points[handle].nearest_vertex().index()]);
     assert!(near < 2.0, "the vertex is {near} from the marker that it is beside");
     view.run();
     view.get_by_label("strain edge");
@@ -221,11 +220,11 @@ fn everything_is_done_by_keys_too() {
     assert_eq!(view.state().selected(), [0]);
     view.key_press(egui::Key::B);
     view.run();
-    assert_eq!(view.state().selected(), [demo().1.handles().vertices.len() - 1]);
+    assert_eq!(view.state().selected(), [demo().1.handles().len() - 1]);
     let before = document(&view).handles(true);
     view.key_press_modifiers(Modifiers::ALT, egui::Key::ArrowUp);
     view.run();
-    let last = demo().1.handles().vertices.len() - 1;
+    let last = demo().1.handles().len() - 1;
     let millimetres = 1e3 * demo().1.surface().metres_per_unit as f32;
     let moved = millimetres * (document(&view).handles(true)[last][1] - before[last][1]);
     assert!((moved - 1.0).abs() < 1e-3, "a millimetre up: {moved}");

@@ -39,7 +39,7 @@ fn the_time_line_is_scrubbed_and_stepped() {
     assert!(frame(&view).abs_diff(frames / 2) <= 1, "{} of {frames}", frame(&view));
     let handles = document(&view).handles(true);
     let take = rhytid_demo::performance(&demo().0).handle_positions(&demo().1.handles().labels).unwrap();
-    let h = 3 * demo().1.handles().vertices.len();
+    let h = 3 * demo().1.handles().len();
     assert_eq!(handles.as_flattened(), &take[frame(&view) * h..][..h]);
     let here = frame(&view);
     for (key, expected) in [

@@ -5,7 +5,7 @@ fn main() -> rhytid::Result<()> {
     let rig = rhytid::open_rig("face.safetensors")?;
     let mut animator = rhytid::animator(&rig, &AnimatorOptions::default())?;
     let mut handles = rig.handles().rest.clone();
-    let vertex = rig.handles().vertices[0].index();
+    let vertex = rig.handles().points[0].nearest_vertex().index();
     let mut positions = Vec::new();
     for frame in 0..60 {
         handles[0][1] += 0.01;

@@ -88,7 +88,7 @@ fn a_face_is_where_the_processor_has_it() {
     let found = &usual()["found"];
     let rig = demo().0.clone();
     let (handles, positions) = (floats(&found["handles"]), floats(&found["positions"]));
-    let frames = handles.len() / (3 * rig.handles().vertices.len());
+    let frames = handles.len() / (3 * rig.handles().len());
     assert!(frames > 10, "{frames}");
     let device = Device::open::<Cpu>(&Cpu::devices().unwrap()[0]).unwrap();
     let mut animator = device.upload(&rig, UploadOptions::frames(frames)).unwrap();

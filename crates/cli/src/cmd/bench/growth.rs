@@ -93,7 +93,7 @@ pub(super) fn measure(
             let ms = measure::whole_frame(info, &rig, options).ok();
             let size = match what {
                 What::Vertices => rig.vertices(),
-                What::Handles => rig.handles().vertices.len(),
+                What::Handles => rig.handles().len(),
                 What::Examples => rig.centers() - 1,
                 What::Frames => max_frames,
             };

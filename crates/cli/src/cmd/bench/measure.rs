@@ -190,10 +190,10 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     Stage::ALL.map(|stage| match stage {
         Stage::Strain => (4 * rig.handles().strain_edges.len()) as f64,
         Stage::LargeScale if wrinkles => {
-            per_vertex(entry * rig.handles().vertices.len() + position + bands + detail, 0)
+            per_vertex(entry * rig.handles().len() + position + bands + detail, 0)
         }
         Stage::LargeScaleNormals | Stage::Detail if wrinkles => 0.0,
-        Stage::LargeScale => per_vertex(entry * rig.handles().vertices.len() + position + bands, position),
+        Stage::LargeScale => per_vertex(entry * rig.handles().len() + position + bands, position),
         Stage::LargeScaleNormals | Stage::Normals => per_vertex(0, position),
         Stage::Detail => per_vertex(detail, 0),
         Stage::Positions => per_vertex(if wrinkles { 0 } else { neighbor }, position),
@@ -207,7 +207,7 @@ fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
     let examples = rig.examples().names.len();
     let part = |p: usize, frame: usize| (p as f32 + 0.3 * frame as f32).sin() / examples as f32;
     let frame = |frame: usize| {
-        let at_rest = rig.handles().vertices.iter().flat_map(|&v| rig.surface().rest[v.index()]);
+        let at_rest = rig.handles().rest.iter().flatten().copied();
         at_rest.enumerate().map(move |(i, x)| match examples {
             0 => x + size * (i as f32 + 0.3 * frame as f32).sin(),
             _ => {

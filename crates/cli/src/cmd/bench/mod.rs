@@ -94,7 +94,7 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         commit: COMMIT,
         threads: rayon::current_num_threads(),
         vertices: rig.vertices(),
-        handles: rig.handles().vertices.len(),
+        handles: rig.handles().len(),
         strain_edges: rig.handles().strain_edges.len(),
         influences: rig.influences().per_vertex(),
         centers: rig.centers(),

@@ -17,7 +17,7 @@ use raw_take::RawTakeInfo;
 use report::ReportInfo;
 use rhytid::core::VertexId;
 use rhytid::core::human;
-use rhytid::core::{Handles, input_file, rig_file};
+use rhytid::core::{Handles, SurfacePoint, input_file, rig_file};
 use rhytid::formats::{Reach, mesh, tables};
 use rhytid::{Error, Result};
 use rig::RigInfo;
@@ -57,7 +57,9 @@ enum Content {
 struct HandlesInfo {
     handles: usize,
     labels: Vec<String>,
+    /// Of a handle inside a triangle, the nearest vertex of it.
     handle_vertices: Vec<VertexId>,
+    inside_triangles: usize,
 }
 
 #[derive(Serialize)]
@@ -92,7 +94,12 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
         Content::Rig(rig) => (format!("rig of “{}”", rig.name), rig.rows()),
         Content::Take(take) => ("take".to_owned(), take.rows()),
         Content::RawTake(take) => ("raw take".to_owned(), take.rows()),
-        Content::Handles(handles) => ("handle table".to_owned(), vec![row("handles", list(&handles.labels))]),
+        Content::Handles(handles) => {
+            let inside = (handles.inside_triangles > 0)
+                .then(|| row("inside triangles", handles.inside_triangles.to_string()));
+            let rows = [row("handles", list(&handles.labels))].into_iter().chain(inside);
+            ("handle table".to_owned(), rows.collect())
+        }
         Content::Shapes(file) => (format!("blend shapes of “{}”", file.name), file.rows()),
         Content::Markers(table) => {
             let pairs: Vec<String> =
@@ -132,8 +139,13 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
             })
         }
         "csv" if has_columns(path, &["vertex"])? => {
-            let Handles { labels, vertices } = tables::read_handles(path)?;
-            Content::Handles(HandlesInfo { handles: labels.len(), labels, handle_vertices: vertices })
+            let Handles { labels, points } = tables::read_handles(path)?;
+            Content::Handles(HandlesInfo {
+                handles: labels.len(),
+                labels,
+                handle_vertices: points.iter().map(SurfacePoint::nearest_vertex).collect(),
+                inside_triangles: points.iter().filter(|point| point.vertex().is_none()).count(),
+            })
         }
         "csv" if rhytid::formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
         "csv" | "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),

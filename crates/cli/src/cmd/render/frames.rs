@@ -163,7 +163,7 @@ impl<'a> Frames<'a> {
         match &mut self.on {
             On::Same { session, watch, .. } => {
                 let handles = take.take.pick(frames).handle_positions(&self.rig.handles().labels)?;
-                for handles in handles.chunks_exact(3 * self.rig.handles().vertices.len()) {
+                for handles in handles.chunks_exact(3 * self.rig.handles().len()) {
                     if ui.cancelled() {
                         return Err(Error::Cancelled);
                     }

@@ -1,7 +1,7 @@
 //! Handles and strain edges where no marker would be.
 
 use super::*;
-use rhytid_core::{HandleId, VertexId};
+use rhytid_core::{HandleId, SurfacePoint, VertexId};
 
 #[test]
 fn handles_that_snapped_to_another_piece() {
@@ -10,14 +10,14 @@ fn handles_that_snapped_to_another_piece() {
     let face = with(|f| {
         piece(f);
         f.handles.labels.push("lid".into());
-        f.handles.vertices.push(VertexId(27));
+        f.handles.points.push(VertexId(27).into());
     });
     finds(&face, Severity::Warning, code, &["1 handle is on another connected component", "lid (vertex 27)"]);
     let face = with(|f| {
         piece(f);
         add_piece(f, 2, 2, [4.0, 8.0, -3.0]);
         f.handles.labels.extend(["lid".into(), "lash".into()]);
-        f.handles.vertices.extend([27, 31].map(VertexId));
+        f.handles.points.extend([27, 31].map(|v| SurfacePoint::from(VertexId(v))));
     });
     let words = ["2 handles are each on another connected component", "lid (vertex 27), lash (vertex 31)"];
     finds(&face, Severity::Warning, code, &words);
@@ -25,7 +25,7 @@ fn handles_that_snapped_to_another_piece() {
     let face = with(|f| {
         add_piece(f, 3, 2, [40.0, 0.0, 0.0]);
         f.handles.labels.extend(["l0".into(), "l1".into()]);
-        f.handles.vertices.extend([25, 30].map(VertexId));
+        f.handles.points.extend([25, 30].map(|v| SurfacePoint::from(VertexId(v))));
     });
     assert_eq!(examine(&face).findings, []);
 }
@@ -62,7 +62,7 @@ fn a_handle_that_nobody_sees() {
         neutral: mesh,
         handles: Handles {
             labels: ["a", "b", "c", "inside"].map(String::from).to_vec(),
-            vertices: [12, 16, 20, 61].map(VertexId).to_vec(),
+            points: [12, 16, 20, 61].map(|v| VertexId(v).into()).to_vec(),
         },
         examples: Vec::new(),
         ..face()

@@ -66,18 +66,18 @@ fn texture_coordinates_that_do_not_fit() {
 #[test]
 fn handles_that_cannot_be() {
     refuses("no-handles", &["has no handles"], |f| f.handles = Handles::default());
-    refuses("handles", &["4 labels and 5 vertices"], |f| drop(f.handles.labels.pop()));
-    refuses("handle-out-of-range", &["handle c is vertex 25, expected 0 to 24", "count from 0"], |f| {
-        f.handles.vertices[2] = VertexId(25);
+    refuses("handles", &["4 labels and 5 points"], |f| drop(f.handles.labels.pop()));
+    refuses("handle-out-of-range", &["handle c is at vertex 25, expected 0 to 24", "count from 0"], |f| {
+        f.handles.points[2] = VertexId(25).into();
     });
     refuses("duplicate-handle", &["handle b is listed twice"], |f| f.handles.labels[3] = "b".into());
     refuses("duplicate-handle", &["handles b and d are both vertex 4"], |f| {
-        f.handles.vertices[3] = VertexId(4);
+        f.handles.points[3] = VertexId(4).into();
     });
     // The same line twice is reported once.
     refuses("duplicate-handle", &["handle b is listed twice"], |f| {
         f.handles.labels[3] = "b".into();
-        f.handles.vertices[3] = VertexId(4);
+        f.handles.points[3] = VertexId(4).into();
     });
 }
 
@@ -118,13 +118,13 @@ fn strain_edges_that_cannot_be() {
         f.neutral.positions[4] = f.neutral.positions[0];
     });
     // A fault of the handles is not reported for their strain edges too.
-    refuses("handles", &["0 labels and 5 vertices"], |f| {
+    refuses("handles", &["0 labels and 5 points"], |f| {
         f.settings.strain_edges = given(&[[1, 1]]);
         f.handles.labels.clear();
     });
     let face = with(|f| {
         f.settings.strain_edges = given(&[[0, 1]]);
-        f.handles.vertices[..2].copy_from_slice(&[90, 91].map(VertexId));
+        f.handles.points[..2].copy_from_slice(&[90, 91].map(|v| VertexId(v).into()));
     });
     assert!(examine(&face).findings.iter().all(|f| f.code == "handle-out-of-range"));
 }
@@ -132,7 +132,7 @@ fn strain_edges_that_cannot_be() {
 #[test]
 fn every_error_is_told_and_the_first_one_stops_the_solve() {
     let face = with(|f| {
-        f.handles.vertices[0] = VertexId(99);
+        f.handles.points[0] = VertexId(99).into();
         f.settings.max_influences = 0;
         f.examples[0].positions.pop();
     });
@@ -181,7 +181,7 @@ prop_compose! {
             up_axis: UpAxis::Z,
             handles: Handles {
                 labels: (0..handles.len()).map(|h| h.to_string()).collect(),
-                vertices: handles.into_iter().map(VertexId).collect(),
+                points: handles.into_iter().map(|v| VertexId(v).into()).collect(),
             },
             examples: vec![Example { name: "pose".into(), positions: example, mirror: false }],
             settings: Settings {

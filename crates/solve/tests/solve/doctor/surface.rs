@@ -100,7 +100,7 @@ fn vertices_of_no_face() {
     let face = with(|f| {
         add_vertices(f, &[[1.0, 2.0, 3.0]]);
         f.handles.labels.push("lost".into());
-        f.handles.vertices.push(VertexId(25));
+        f.handles.points.push(VertexId(25).into());
     });
     let report = examine(&face);
     let codes: Vec<_> = report.findings.iter().map(|f| (f.severity, f.code)).collect();
@@ -183,7 +183,8 @@ fn seams_that_cut_the_skin() {
     // Without a handle the two halves stay together, so the seam is not reported.
     let sheet = face.neutral.positions.len();
     add_piece(&mut face, SIDE, SIDE, [100.0, 0.0, 0.0]);
-    face.handles.vertices = face.handles.vertices.iter().map(|v| VertexId(v.0 + sheet as u32)).collect();
+    let moved = |v: VertexId| VertexId(v.0 + sheet as u32);
+    face.handles.points.iter_mut().for_each(|point| *point = point.renamed(moved));
     face.metres_per_unit = 0.002;
     face.examples[0].positions[sheet + 12][2] += 1.0;
     finds(&face, Severity::Note, "components-without-handles", &["2 connected components", "30 of the 55"]);
