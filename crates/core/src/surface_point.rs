@@ -103,7 +103,8 @@ impl SurfacePoint {
         self.corners.contains(&v)
     }
 
-    /// Where the point is on a mesh with these V positions. At a vertex, it is the vertex' position to the bit.
+    /// Where the point is on a mesh with these V positions. At a vertex, it is the vertex' position to the
+    /// bit.
     pub fn at<T: Real>(&self, positions: &[[T; 3]]) -> [T; 3] {
         match self.vertex() {
             Some(vertex) => positions[vertex.index()],
@@ -121,8 +122,8 @@ impl SurfacePoint {
         mean
     }
 
-    /// Moves vertices so that each of `points` is where it is drawn to, and moves them as little as that takes. The
-    /// points can be met together, as the handles of a face.
+    /// Moves vertices so that each of `points` is where it is drawn to, and moves them as little as that
+    /// takes. The points can be met together, as the handles of a face.
     pub fn draw(points: &[(&Self, [f64; 3])], positions: &mut [[f64; 3]]) {
         // Where points share vertices, each round leaves less to do (Kaczmarz 1937).
         for _ in 0..DRAWN {

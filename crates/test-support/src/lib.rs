@@ -8,6 +8,7 @@ mod data;
 pub mod flaky;
 mod logged;
 mod memory;
+pub mod points;
 mod rigs;
 pub mod sheet;
 mod skip;

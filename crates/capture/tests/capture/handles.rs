@@ -6,6 +6,7 @@ use rhytid_core::{
     Example, Face, Handles, NoProgress, RawTake, Rig, Settings, SurfacePoint, Take, UpAxis, VertexId,
 };
 use rhytid_formats::{mesh, raw_take, tables};
+use rhytid_test_support::points::beside;
 use rhytid_test_support::shared;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -107,13 +108,8 @@ fn markers_between_vertices_are_placed_there() {
     let Some(shared) = shared("") else { return };
     let mut head = face(&shared, "face", 0.01);
     let known = tables::read_handles(&shared.join("data/markers.csv")).unwrap();
-    let mut beside = Handles { labels: known.labels, points: Vec::new() };
-    for vertex in known.points.iter().map(SurfacePoint::nearest_vertex) {
-        let around = head.neutral.faces.iter().find(|face| face.contains(&vertex.0)).unwrap();
-        let i = around.iter().position(|v| *v == vertex.0).unwrap();
-        let corners = [0, 1, around.len() - 1].map(|step| VertexId(around[(i + step) % around.len()]));
-        beside.points.push(SurfacePoint::new(corners, [0.5, 0.3, 0.2]).unwrap());
-    }
+    let points = beside(&head.neutral, &known.points, [0.5, 0.3, 0.2]);
+    let beside = Handles { labels: known.labels, points };
     let turn = DQuat::from_axis_angle(DVec3::new(1.0, -1.0, 0.5).normalize(), 1.1);
     let shown = |x: [f64; 3]| (turn * (10.0 * DVec3::from_array(x)) + DVec3::splat(70.0)).to_array();
     let raw = RawTake {

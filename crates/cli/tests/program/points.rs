@@ -1,8 +1,9 @@
 //! Handles inside triangles, from the table of handles to a file: every marker is met there.
 
 use crate::common::{demo, rhytid, stderr};
-use rhytid::core::{Handles, SurfacePoint, Take, VertexId};
+use rhytid::core::{Handles, Take};
 use rhytid::formats::{animation, mesh, tables, take};
+use rhytid_test_support::points::beside;
 use serde_json::Value;
 use std::path::Path;
 
@@ -16,15 +17,10 @@ fn done(command: &str, folder: &Path) -> String {
 fn project(folder: &Path) -> Handles {
     let neutral = mesh::read(&demo().join("neutral.obj")).unwrap();
     let known = tables::read_handles(&demo().join("markers.csv")).unwrap();
-    let mut handles = Handles { labels: known.labels, points: Vec::new() };
-    for (h, vertex) in known.points.iter().map(SurfacePoint::nearest_vertex).enumerate() {
-        let around = neutral.faces.iter().find(|face| face.contains(&vertex.0)).unwrap();
-        let i = around.iter().position(|v| *v == vertex.0).unwrap();
-        let corners = [0, 1, around.len() - 1].map(|step| VertexId(around[(i + step) % around.len()]));
-        // Every fifth marker stays at its vertex.
-        let weights = if h % 5 == 0 { [1.0, 0.0, 0.0] } else { [0.45, 0.35, 0.2] };
-        handles.points.push(SurfacePoint::new(corners, weights).unwrap());
-    }
+    let points = beside(&neutral, &known.points, [0.45, 0.35, 0.2]).into_iter().zip(known.points).enumerate();
+    // Every fifth marker stays at its vertex.
+    let points = points.map(|(h, (beside, vertex))| if h % 5 == 0 { vertex } else { beside });
+    let handles = Handles { labels: known.labels, points: points.collect() };
     let mut frames = Take { labels: handles.labels.clone(), ..Take::default() };
     for (frame, pose) in ["smile", "jaw_open", "brow_raise"].iter().enumerate() {
         let positions = mesh::read(&demo().join(format!("poses/{pose}.obj"))).unwrap().positions;

@@ -5,7 +5,8 @@ use super::words::{count, first_few};
 use rhytid_core::{Face, SurfacePoint, VertexId};
 use std::collections::{BTreeMap, HashSet};
 
-/// Handles are too near each other if what sets one apart from the others is below this, as a weight of a corner.
+/// Handles are too near each other if what sets one apart from the others is below this, as a weight of a
+/// corner.
 const TOO_NEAR: f64 = 0.02;
 
 fn inside(face: &Face) -> impl Iterator<Item = (&String, &SurfacePoint)> {
@@ -42,7 +43,8 @@ pub(super) fn not_on_a_face(face: &Face) -> Option<Finding> {
     })
 }
 
-/// Handles that cannot be met whatever the others do: more than three in a triangle, or two at nearly one place.
+/// Handles that cannot be met whatever the others do: more than three in a triangle, or two at nearly one
+/// place.
 ///
 /// The rows of the weights are made orthogonal one after the other (Gram and Schmidt).
 pub(super) fn not_met_together(face: &Face) -> Option<Finding> {

@@ -86,6 +86,11 @@ pub(crate) fn vector_wrinkles(
     })
 }
 
+/// A vertex does not see the examples move if their mean distance from rest is up to this, as a strain. A
+/// marker would move by 0.15 µm on 15 mm then, and a frame's rounding and noise would be taken for an
+/// example.
+const STILL: f64 = 1e-5;
+
 /// One vertex's system.
 struct System {
     /// Lower triangle, row-major, P×P.
@@ -125,8 +130,8 @@ struct Systems {
 }
 
 impl Systems {
-    /// Solves `(G + μ tr G/P · I) w = d` for each vertex by Cholesky's factorisation. Where d or G is 0, w is
-    /// 0. `assemble` puts d and G of a vertex into the system.
+    /// Solves `(G + μ tr G/P · I) w = d` for each vertex by Cholesky's factorisation. Where d is 0, or the
+    /// examples are [`STILL`], w is 0. `assemble` puts d and G of a vertex into the system.
     fn solve(
         &self,
         progress: &dyn Progress,
@@ -154,7 +159,8 @@ impl Systems {
                 system.matrix.fill(0.0);
                 assemble(v, system);
                 let trace: f64 = (0..examples).map(|p| system.matrix[p * centers]).sum();
-                if trace <= 0.0 || system.weights.iter().all(|d| *d == DVec3::ZERO) {
+                let is_still = trace <= 2.0 * STILL * examples as f64;
+                if is_still || system.weights.iter().all(|d| *d == DVec3::ZERO) {
                     return Ok(());
                 }
                 for p in 0..examples {

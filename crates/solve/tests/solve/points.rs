@@ -126,6 +126,21 @@ fn the_band_is_learned_at_the_corners_too_and_its_mean_is_nothing() {
 }
 
 #[test]
+fn a_corner_that_moves_where_its_handle_hardly_does_has_no_wrinkles() {
+    let mut face = sheet();
+    face.handles.points[1] = SurfacePoint::new([14, 15, 27].map(VertexId), [2e-6, 0.7, 0.3]).unwrap();
+    let mut positions = face.neutral.positions.clone();
+    positions[14][2] += 1.0;
+    face.examples.push(rhytid_core::Example { name: "bump".into(), positions, mirror: false });
+    face.settings.align = false;
+    let rig = solve(&face, &NoProgress).unwrap();
+    let weights = rig.fine_scale().rbf_weights.as_slice().as_flattened();
+    let largest = weights.iter().fold(0.0_f64, |most, w| most.max(w.abs()));
+    assert!(largest < 1e3, "{largest}");
+    rig.rounded().unwrap();
+}
+
+#[test]
 fn handles_that_cannot_be_met_are_told() {
     let inside = |corners: [u32; 3], weights| SurfacePoint::new(corners.map(VertexId), weights).unwrap();
     let refused = |code: &str, words: &[&str], change: &dyn Fn(&mut Face)| {

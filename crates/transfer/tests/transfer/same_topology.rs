@@ -1,15 +1,23 @@
 //! With the same faces, no counterpart is searched: each vertex gets the movement of the same vertex of the
 //! first face.
 use crate::support::{bare, minus, played, processor, rig, rms, wrinkles};
-use rhytid_core::NoProgress;
+use rhytid_core::{Face, Handles, NoProgress};
 use rhytid_formats::export::OutputStage;
+use rhytid_test_support::points::beside;
 use rhytid_transfer::{Settings, Transferred, transfer};
 
 #[test]
 fn the_same_rest_gets_the_same_examples() {
     let first = rhytid_demo::face(3_000);
-    let from = rig(&first);
-    let second = bare(&first, first.neutral.clone(), first.handles.points.clone());
+    gets_the_same_examples(&first);
+    // With handles inside triangles too.
+    let points = beside(&first.neutral, &first.handles.points, [0.5, 0.3, 0.2]);
+    gets_the_same_examples(&Face { handles: Handles { points, ..first.handles.clone() }, ..first });
+}
+
+fn gets_the_same_examples(first: &Face) {
+    let from = rig(first);
+    let second = bare(first, first.neutral.clone(), first.handles.points.clone());
     let full = played(&from, from.examples().handles.as_slice().as_flattened(), OutputStage::Full);
     let settings = Settings { linear_band: true, landmarks: None };
     let Transferred { face, report, maps } =
