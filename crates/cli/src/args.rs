@@ -126,7 +126,7 @@ Examples:
 
     /// Make a project of a neutral scan, expression scans and a take.
     ///
-    /// Finds the expressions and a take beside the neutral, the unit, the up axis and the vertex of each
+    /// Finds the expressions and a take beside the neutral, the unit, the up axis and the place of each
     /// marker. Writes a project file with a comment at each choice, the table of handles and a picture of
     /// them. Ends with the commands that come next.
     #[command(after_help = "\
@@ -220,7 +220,7 @@ Examples:
     ///
     /// With a take, one frame near the neutral face is laid over the mesh. The take may have any unit and
     /// axes, and markers of a cap or head band are left out. The command writes the table that the project
-    /// file names, with the distance of each vertex from its marker, and a picture to look at.
+    /// file names, with the distance of each handle from its marker, and a picture to look at.
     #[command(after_help = "\
 Examples:
   rhytid handles FACE.toml session.c3d
