@@ -7,7 +7,7 @@ use std::cmp::Ordering;
 const NO_WEIGHT: f64 = 1e-6;
 
 /// Weights whose sum is this near to 1 are taken as they are, but for the first.
-const ROUNDED: f64 = 1e-5;
+const ROUNDED: f64 = 5e-7;
 
 /// Rounds in which points are drawn to their places.
 const DRAWN: usize = 50;
