@@ -70,17 +70,20 @@ pub(crate) fn from_vertices_to_points(
     });
     let right = Mat::from_fn(c + h, h, |i, j| f64::from(u8::from(i == c + j)));
     let solved = matrix.partial_piv_lu().solve(&right);
+    // q, then λ, in rows.
+    let of_row = |i: usize| if i < c { 1.0 } else { scale };
+    let solved =
+        (0..c + h).flat_map(|i| (0..h).map(move |j| (i, j))).map(|(i, j)| of_row(i) * solved[(i, j)]);
+    let solved = Table::new(c + h, h, solved.collect());
 
     let mut moved = Table::filled(vertices, h, 0.0);
     let rows = moved.par_rows_mut().zip(basis.par_rows()).zip(compliance.par_rows());
     rows.for_each(|((row, of_held), of_forces)| {
-        let mut add = |weight: f64, i: usize| {
-            if weight != 0.0 {
-                row.iter_mut().enumerate().for_each(|(j, x)| *x += weight * solved[(i, j)]);
+        for (weight, of_weight) in of_held.iter().chain(of_forces).zip(solved.rows()) {
+            if *weight != 0.0 {
+                row.iter_mut().zip(of_weight).for_each(|(x, solved)| *x += weight * solved);
             }
-        };
-        of_held.iter().enumerate().for_each(|(i, b)| add(*b, i));
-        of_forces.iter().enumerate().for_each(|(i, g)| add(scale * g, c + i));
+        }
     });
     // A vertex meets its marker to the last bit.
     for (i, v) in handles.iter().enumerate().filter_map(|(i, point)| Some((i, point.vertex()?))) {
