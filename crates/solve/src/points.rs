@@ -24,9 +24,9 @@ pub(crate) fn held(handles: &[SurfacePoint]) -> Vec<VertexId> {
 /// The basis of handles at any points, V×H, from the basis of the C vertices `held`, V×C.
 ///
 /// Let q be the positions of the held vertices, B the given basis and E the weights of the corners, H×V. All
-/// surfaces are `B q + y`, with y = 0 at the held vertices, and their energies are `qᵀ S q + yᵀ A_ff y`,
-/// where S are the rows and columns of `A B` at the held vertices. The least energy with `E (B q + y) = p`
-/// has
+/// surfaces are `B q + y`, with y = 0 at the held vertices. Their energies are `qᵀ S q + yᵀ A_ff y`. Here S
+/// are the rows and columns of `A B` at the held vertices. The handles at p ask for `E (B q + y) = p`. So the
+/// least energy has
 ///
 /// ```text
 /// y = G λ        G = A_ff⁻¹ E_fᵀ
