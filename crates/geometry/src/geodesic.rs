@@ -37,14 +37,15 @@ impl<'a> EdgeGraph<'a> {
         self.topology.neighbors(v as usize).iter().copied().zip(lengths.iter().copied())
     }
 
-    /// The vertices of a point with the straight ways to them.
+    /// The vertices of a point with the lengths of the straight ways to them, in mesh units.
     pub fn ways_from(&self, point: &SurfacePoint) -> impl Iterator<Item = (u32, f64)> {
         let at = point.at(self.positions);
         let to = move |v: u32| vec3::length(vec3::sub(self.positions[v as usize], at));
         point.corners().map(move |(v, _)| (v.0, to(v.0)))
     }
 
-    /// The distance between two points, out of the distances of all vertices from the first.
+    /// The distance between two points in mesh units, out of the V distances of all vertices from the first.
+    /// Infinite where no vertex of the second is reached.
     pub fn between(&self, from: &SurfacePoint, to: &SurfacePoint, distances: &[f64]) -> f64 {
         let along =
             self.ways_from(to).map(|(v, way)| distances[v as usize] + way).fold(f64::INFINITY, f64::min);

@@ -33,6 +33,10 @@ const AT_VERTEX: f64 = 1e-4;
 /// Two markers in the same triangle are at least so far apart, in metres.
 const APART: f64 = 5e-4;
 
+/// The least weight of the corner that a marker inside a triangle has for itself. With less, markers at the
+/// other corners would leave it no choice.
+const LEAST_OWN: f64 = 0.1;
+
 /// The largest ratio between an actor's size and the mesh's, either way.
 const SIZES: f64 = 1.25;
 
@@ -323,9 +327,9 @@ impl Skin {
         if near.any(|other| metres(self.at(&other.point), self.at(&point)) < APART) {
             return None;
         }
-        let mut corners: Vec<(VertexId, f64)> = point.corners().filter(|(v, _)| !taken[v.index()]).collect();
-        corners.sort_by(|a, b| b.1.total_cmp(&a.1));
-        Some((point, corners.first()?.0))
+        let is_free = |(v, weight): &(VertexId, f64)| !taken[v.index()] && *weight >= LEAST_OWN;
+        let own = point.corners().filter(is_free).max_by(|a, b| a.1.total_cmp(&b.1))?;
+        Some((point, own.0))
     }
 
     /// The distance of a point from the skin, in mesh units.
