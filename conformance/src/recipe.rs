@@ -243,6 +243,7 @@ impl Recipe {
             },
             // Some frames go farther than the examples. In the other rigs the reach is infinite.
             reach: if examples % 4 > 0 { 1.0 } else { f64::INFINITY },
+            prior_lengths: Vec::new(),
             anchors: Table::new(vertices, a, anchors),
             anchor_weights: Table::new(vertices, a, anchor_weights),
             feature_gains,

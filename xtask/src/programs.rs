@@ -10,6 +10,9 @@ use std::time::{Duration, Instant};
 /// The prefix of a message on standard error about a test that does nothing here: `SKIPPED: name: why`.
 const SKIPPED: &str = "SKIPPED: ";
 
+/// The lines that are kept of a failed test.
+const FAILURE_LINES: usize = 12;
+
 /// The tests within a library's or a program's own code.
 const UNIT_TESTS: &str = "unit tests";
 
@@ -32,6 +35,10 @@ pub(crate) struct Counts {
     pub filtered_out: u64,
     /// Skipped tests with their reasons. The harness counts them as passed.
     pub skipped: BTreeMap<String, String>,
+    /// What failed, and the first lines that it said.
+    pub failures: Vec<String>,
+    /// Whether the lines are those of a failed test.
+    is_failure: bool,
 }
 
 /// Messages and times of programs, in the order in which they ran.
@@ -185,8 +192,11 @@ impl Runs {
         }
     }
 
-    /// Prints the line that closes a run.
+    /// Prints what failed, and the line that closes a run. They come last, because logs are cut at the front.
     pub(crate) fn print_counts(&self) {
+        for (name, counts, _) in &self.0 {
+            counts.failures.iter().for_each(|failure| println!("\nfailed: {name}: {failure}"));
+        }
         println!("\ntests: {} passed, {} failed, {} skipped", self.passed(), self.failed(), self.skipped());
     }
 }
@@ -227,7 +237,7 @@ fn run(name: &str, mut command: Command) -> Result<(Counts, Option<f64>)> {
     let seconds = ProcessorSeconds::read(&child.id().to_string());
     let status = child.wait().map_err(|e| format!("`{shown}`: {e}"))?;
     if !status.success() && counts.failed == 0 {
-        eprintln!("error: {name} ended without a failed test, but with {status}");
+        counts.failures.push(format!("ended without a failed test, but with {status}"));
         counts.failed = 1;
     }
     Ok((counts, seconds.map(|seconds| seconds.own + seconds.children)))
@@ -247,7 +257,19 @@ fn lines(name: &str, from: Option<impl Read>, mut to: impl Write, mut look: impl
 
 impl Counts {
     /// Adds the numbers of a line that closes a run: `test result: ok. 12 passed; 0 failed; 1 ignored; …`.
+    ///
+    /// The lines of a failed test come between `---- its name stdout ----` and the list of names.
     fn add(&mut self, line: &str) {
+        if let Some(test) = line.strip_prefix("---- ").and_then(|line| line.strip_suffix(" stdout ----")) {
+            self.failures.push(test.to_owned());
+            self.is_failure = true;
+        } else if line == "failures:" {
+            self.is_failure = false;
+        } else if let (true, Some(failure)) = (self.is_failure, self.failures.last_mut()) {
+            if failure.lines().count() < FAILURE_LINES {
+                *failure += &format!("\n    {line}");
+            }
+        }
         let Some(summary) = line.strip_prefix("test result: ") else { return };
         let words: Vec<&str> = summary.split([' ', ';']).filter(|word| !word.is_empty()).collect();
         let count = |word: &str| {
@@ -273,6 +295,23 @@ mod tests {
         assert_eq!([counts.passed, counts.failed, counts.ignored, counts.filtered_out], [12, 3, 1, 7]);
     }
 
+    #[test]
+    fn what_a_failed_test_said_is_kept() {
+        let mut counts = Counts::default();
+        let lines = [
+            "failures:",
+            "",
+            "---- a::b stdout ----",
+            "thread panicked:",
+            "1, not 2",
+            "",
+            "failures:",
+            "    a::b",
+        ];
+        lines.iter().for_each(|line| counts.add(line));
+        assert_eq!(counts.failures, ["a::b\n    thread panicked:\n    1, not 2\n    "]);
+    }
+
     /// Runs a shell's script as if it were a test program.
     fn runs(script: &str) -> Runs {
         let mut runs = Runs::default();
@@ -293,7 +332,9 @@ mod tests {
     #[test]
     #[cfg(unix)]
     fn a_program_that_crashes_has_failed() {
-        assert_eq!(runs("kill -9 $$").failed(), 1);
+        let runs = runs("kill -9 $$");
+        assert_eq!(runs.failed(), 1);
+        assert!(runs.0[0].1.failures[0].contains("signal: 9"), "{:?}", runs.0[0].1.failures);
     }
 
     #[test]

@@ -26,6 +26,7 @@ fn face(positions: Vec<[f64; 3]>, triangles: &[[u32; 3]], vertices: Vec<u32>) ->
             points: vertices.into_iter().map(|v| VertexId(v).into()).collect(),
         },
         examples: Vec::new(),
+        prior: None,
         settings: Settings::default(),
     }
 }

@@ -100,6 +100,7 @@ fn solve_case(case: &Case) -> Rig<f64> {
                 mirror: false,
             })
             .collect(),
+        prior: None,
         settings: Settings {
             bending_length: Some((case.bending_stiffness / case.stretch_stiffness).sqrt()),
             strain_edges: StrainEdges::Given(

@@ -77,6 +77,7 @@ fn makehuman(shared: &Path, count: usize) -> Face {
             points: handles.into_iter().map(|v| VertexId::from_index(v).into()).collect(),
         },
         examples,
+        prior: None,
         settings: Settings::default(),
     }
 }

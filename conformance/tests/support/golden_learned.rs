@@ -59,6 +59,7 @@ pub(crate) fn face(case: &Value) -> Face {
         examples: poses
             .map(|(p, pose)| Example { name: format!("p{p}"), positions: vectors(pose), mirror: false })
             .collect(),
+        prior: None,
         settings: Settings {
             bending_length: case["bending_length"].as_f64(),
             method,

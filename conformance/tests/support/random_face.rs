@@ -116,6 +116,7 @@ pub(crate) fn random_face(
         handles: Handles { labels: (0..points.len()).map(|h| format!("m{h}")).collect(), points },
         examples,
         // Not aligned: any rigid motion that fits random examples to the neutral is chance.
+        prior: None,
         settings: Settings {
             method: Method::Chapter,
             max_influences: 6,

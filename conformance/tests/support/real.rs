@@ -29,6 +29,7 @@ pub(crate) fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
         up_axis: UpAxis::Y,
         handles: tables::read_handles(&shared.join("data/markers.csv")).unwrap(),
         examples,
+        prior: None,
         settings,
     }
 }

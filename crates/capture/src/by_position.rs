@@ -119,6 +119,7 @@ fn face_of(rig: &Rig) -> Face {
         up_axis: rig.surface().up_axis,
         handles: Handles { labels: rig.handles().labels.clone(), points: rig.handles().points.clone() },
         examples: Vec::new(),
+        prior: None,
         settings: Settings::default(),
     }
 }

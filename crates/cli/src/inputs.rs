@@ -11,7 +11,7 @@ use rhytid::formats::export::Gains;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, EditedTake, Layers};
-use rhytid::{Error, Result, Rig, Take};
+use rhytid::{Error, Face, Result, Rig, Take};
 use std::path::{Path, PathBuf};
 
 /// Fewer steps between frames do not show the unit of times.
@@ -24,6 +24,14 @@ const FEW_STEPS: usize = 10;
 /// As [`find_device`].
 pub(crate) fn named_device(wanted: &str) -> Result<Option<DeviceInfo>> {
     if wanted == "auto" { Ok(None) } else { find_device(wanted, guard()).map(Some) }
+}
+
+/// The face of a project file. A prior that is a rig is carried over to it.
+///
+/// # Errors
+/// As [`rhytid::transfer::read_face`].
+pub(crate) fn face(path: &Path, reach: Reach, ui: &Ui) -> Result<Face> {
+    rhytid::transfer::read_face(path, reach, &[processor()?], ui)
 }
 
 /// The processor, for short work.

@@ -39,6 +39,19 @@ pub struct Example {
     pub mirror: bool,
 }
 
+/// Expressions of other faces, in the place of scans that a face does not have.
+///
+/// What they leave of their shells is learned as a linear function of vector strains, and all of it goes into
+/// the basis. The face's own examples are learned on top of it.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Prior {
+    /// The expressions, each with V positions that move this face's neutral.
+    pub expressions: Vec<Example>,
+    /// How much of what they say is taken, 0 to 1. `None` takes the weight with which the face's own examples
+    /// are predicted best if each of them is left out.
+    pub weight: Option<f64>,
+}
+
 /// Which pairs of handles carry a strain edge.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum StrainEdges {
@@ -202,6 +215,8 @@ pub struct Face {
     pub handles: Handles,
     /// P expression scans. Without any, the rig has the large scale only.
     pub examples: Vec<Example>,
+    /// What other faces do, for the learned method. `None`: nothing is known of other faces.
+    pub prior: Option<Prior>,
     /// The choices.
     pub settings: Settings,
 }

@@ -26,6 +26,9 @@ pub struct Learned<T: Real = f32> {
     /// How far a vector strain is followed, 1 or more: a multiple of its greatest length in an example.
     /// Infinite where there is no limit.
     pub reach: f64,
+    /// The greatest length of each feature in the expressions of a prior, F + H ratios. Empty without a
+    /// prior.
+    pub prior_lengths: Vec<T>,
     /// The strains that the wrinkles are functions of.
     pub wrinkle_strains: WrinkleStrains,
     /// V×A handles, ascending where they have a weight.
@@ -60,6 +63,7 @@ impl<T: Real> Learned<T> {
             wrinkle_ridge: self.wrinkle_ridge,
             marker_noise: self.marker_noise,
             reach: self.reach,
+            prior_lengths: self.prior_lengths.iter().map(|x| number(*x)).collect(),
             wrinkle_strains: self.wrinkle_strains,
             anchors: self.anchors.clone(),
             anchor_weights: self.anchor_weights.map(|x| number(*x)),
@@ -103,12 +107,12 @@ impl<T: Real> Rig<T> {
     }
 
     /// Whether the basis has a part that is followed only up to the rig's reach: ΔB, whose gains g are
-    /// [`Learned::feature_gains`].
+    /// [`Learned::feature_gains`]. A rig without examples has no limit.
     pub fn limits_basis(&self) -> bool {
         let is_limited = |learned: &Learned<T>| {
             learned.reach.is_finite() && learned.feature_gains.as_slice().iter().any(|g| *g != T::ZERO)
         };
-        self.learned().is_some_and(is_limited)
+        !self.examples().is_empty() && self.learned().is_some_and(is_limited)
     }
 
     /// What was learned in addition to the basis, if anything: a linear band, or wrinkles of vector strains.
@@ -156,8 +160,9 @@ impl<T: Real> Rig<T> {
         Table::new(self.vertices(), 1 + self.centers(), rows.collect())
     }
 
-    /// The lengths up to which vector strains are followed, F + H ratios: the greatest length in an example,
-    /// times the rig's reach. A longer one is followed in its direction up to that length.
+    /// The lengths up to which vector strains are followed, F + H ratios: the greatest length in an example
+    /// or in an expression of the prior, times the rig's reach. A longer one is followed in its direction up
+    /// to that length.
     pub fn feature_limits(&self) -> Vec<T> {
         let features = self.handles().features();
         let reach = self.learned().map_or(f64::INFINITY, |learned| learned.reach);
@@ -167,6 +172,10 @@ impl<T: Real> Rig<T> {
             return vec![T::round_from(farthest); features];
         }
         let mut limits = vec![0.0_f64; features];
+        let of_prior = self.learned().into_iter().flat_map(|learned| &learned.prior_lengths);
+        for (limit, length) in limits.iter_mut().zip(of_prior) {
+            *limit = (reach * length.widen()).min(farthest);
+        }
         for example in self.exact_example_vectors().rows() {
             for (d, limit) in example.iter().zip(&mut limits) {
                 *limit = limit.max(reach * vec3::dot(*d, *d).sqrt()).min(farthest);

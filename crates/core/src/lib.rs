@@ -75,7 +75,7 @@ pub use explain::ExampleShare;
 pub use explain::Explanation;
 pub use explain::HandleShare;
 pub use face::{
-    Bind, Example, Face, Handles, LearnedSettings, Method, Pins, Settings, StrainEdges, WrinkleStrains,
+    Bind, Example, Face, Handles, LearnedSettings, Method, Pins, Prior, Settings, StrainEdges, WrinkleStrains,
 };
 pub use horn::Horn;
 pub use horn::horn;
@@ -86,7 +86,7 @@ pub use ids::VertexId;
 pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use missing::Missing;
-pub use named_file::{Reach, folder_of, is_below, named_file, named_output};
+pub use named_file::{Reach, folder_of, is_below, named_file, named_folder, named_output};
 pub use outputs::refuse_inputs;
 pub use pixels::{MOST_PIXELS, check_palette, check_pixels, set_most_pixels};
 pub use progress::{NoProgress, Progress};

@@ -24,18 +24,10 @@ pub enum Reach {
 /// # Errors
 /// [`Error::Input`] if the file is out of reach, a link that leads nowhere, or exists and is no regular file.
 pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
-    let folder = folder_of(namer);
     let path = namer.parent().unwrap_or(Path::new("")).join(file);
     let wrong =
         |why: String| Error::bad_path(format!("{}: {what} names {}, {why}", namer.display(), file.display()));
-    if reach == Reach::Below && !is_below(folder, file) {
-        return Err(wrong(format!(
-            "which is not in {} or below; put it there, or allow files elsewhere if you trust whoever wrote this file",
-            folder.display()
-        ))
-        .of_kind(InputErrorKind::OutsideFolder { file: file.to_owned() })
-        .with_remedies(&[Remedy::AllowElsewhere]));
-    }
+    check_reach(namer, file, what, reach)?;
     match path.metadata() {
         Ok(found) if found.is_dir() => Err(wrong("which is a folder, expected a file".into())),
         Ok(found) if !found.is_file() => {
@@ -46,6 +38,41 @@ pub fn named_file(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result
         }
         _ => Ok(path),
     }
+}
+
+/// Refuses a file or a folder out of reach.
+fn check_reach(namer: &Path, file: &Path, what: &str, reach: Reach) -> Result<()> {
+    let folder = folder_of(namer);
+    if reach == Reach::Anywhere || is_below(folder, file) {
+        return Ok(());
+    }
+    Err(Error::bad_path(format!(
+        "{}: {what} names {}, which is not in {} or below; put it there, or allow files elsewhere if you \
+         trust whoever wrote this file",
+        namer.display(),
+        file.display(),
+        folder.display()
+    ))
+    .of_kind(InputErrorKind::OutsideFolder { file: file.to_owned() })
+    .with_remedies(&[Remedy::AllowElsewhere]))
+}
+
+/// As [`named_file`], for a folder, which has to be there.
+///
+/// # Errors
+/// [`Error::Input`] if the folder is out of reach, does not exist or is a file.
+pub fn named_folder(namer: &Path, folder: &Path, what: &str, reach: Reach) -> Result<PathBuf> {
+    let path = namer.parent().unwrap_or(Path::new("")).join(folder);
+    check_reach(namer, folder, what, reach)?;
+    if path.is_dir() {
+        return Ok(path);
+    }
+    Err(Error::bad_path(format!(
+        "{}: {what} names {}, which is no folder; paths are relative to the project file",
+        namer.display(),
+        folder.display()
+    ))
+    .of_kind(InputErrorKind::NotThere { file: path }))
 }
 
 /// As [`named_file`], for a file that is written because `namer` names it. No file decides by itself which

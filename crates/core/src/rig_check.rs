@@ -110,6 +110,10 @@ impl<T: Real> RigParts<T> {
     fn check_learned(&self, learned: &Learned<T>) -> Result<()> {
         let (v, p, a) = (self.surface.rest.len(), self.examples.len(), learned.anchors_per_vertex());
         counted("variances", learned.variances.len(), v)?;
+        if !learned.prior_lengths.is_empty() {
+            counted("prior_lengths", learned.prior_lengths.len(), self.handles.features())?;
+            finite("prior_lengths", &learned.prior_lengths)?;
+        }
         shaped("anchors", &learned.anchors, v, a)?;
         shaped("anchor_weights", &learned.anchor_weights, v, a)?;
         shaped("feature_gains", &learned.feature_gains, v, self.influences.per_vertex() + a)?;

@@ -12,8 +12,11 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The version of a rig with handles that are at no vertex.
-pub const VERSION: u32 = 7;
+/// The version of a rig that was made with a prior.
+pub const VERSION: u32 = 8;
+
+/// The version of a rig with handles that are at no vertex, made without a prior.
+const POINTS_VERSION: u32 = 7;
 
 /// The version of a rig whose handles turn.
 const TURNING_VERSION: u32 = 6;
@@ -23,6 +26,9 @@ const LEARNED_VERSION: u32 = 5;
 
 /// The version of a rig of the chapter's method whose handles do not turn.
 const CHAPTER_VERSION: u32 = 2;
+
+/// The versions that can be read.
+const VERSIONS: [u32; 5] = [CHAPTER_VERSION, LEARNED_VERSION, TURNING_VERSION, POINTS_VERSION, VERSION];
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
 const METADATA_KEY: &str = "rhytid";
@@ -36,7 +42,7 @@ struct Metadata {
     up_axis: UpAxis,
     method: String,
     bending_length: f64,
-    /// Only in version 6.
+    /// Not in versions 2 and 5.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     rotations: bool,
     /// `null` for an infinite β, which JSON cannot hold.
@@ -174,6 +180,10 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
             Tensor::table("feature_gains", &learned.feature_gains),
             Tensor::f32s("variances", &learned.variances, vec![learned.variances.len()]),
         ]);
+        if !learned.prior_lengths.is_empty() {
+            let lengths = &learned.prior_lengths;
+            tensors.push(Tensor::f32s("prior_lengths", lengths, vec![lengths.len()]));
+        }
         if !learned.example_weights.is_empty() {
             tensors.push(Tensor::vectors("example_weights", &learned.example_weights));
         }
@@ -270,7 +280,8 @@ impl Metadata {
         let beta = rig.influences().beta;
         Self {
             version: match rig.learned() {
-                _ if handles.points.iter().any(|point| point.vertex().is_none()) => VERSION,
+                Some(learned) if !learned.prior_lengths.is_empty() => VERSION,
+                _ if handles.points.iter().any(|point| point.vertex().is_none()) => POINTS_VERSION,
                 _ if handles.rotations => TURNING_VERSION,
                 Some(_) => LEARNED_VERSION,
                 None => CHAPTER_VERSION,
@@ -306,10 +317,12 @@ impl Metadata {
         })?;
         let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
         let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
-        if ![CHAPTER_VERSION, LEARNED_VERSION, TURNING_VERSION, VERSION].contains(&version) {
+        if !VERSIONS.contains(&version) {
+            let [others @ .., last] = VERSIONS.map(|version| version.to_string());
             return Err(fail(format!(
-                "is a rig file of version {version}, expected {CHAPTER_VERSION}, {LEARNED_VERSION}, \
-                 {TURNING_VERSION} or {VERSION}; solve the face again with this program"
+                "is a rig file of version {version}, expected {} or {last}; solve the face again with this \
+                 program",
+                others.join(", ")
             ))
             .of_kind(InputErrorKind::UnsupportedVersion));
         }
@@ -446,6 +459,10 @@ impl Arrays<'_> {
             wrinkle_ridge,
             marker_noise,
             reach: reach.unwrap_or(f64::INFINITY),
+            prior_lengths: match self.has("prior_lengths") {
+                true => self.f32s("prior_lengths", &[None])?,
+                false => Vec::new(),
+            },
             wrinkle_strains,
             anchors: self.ids("anchors", vertices, HandleId)?,
             anchor_weights: self.table("anchor_weights", vertices, None)?,

@@ -93,6 +93,7 @@ impl Rows<'_> {
             feature_gains: self.select(&learned.feature_gains),
             example_weights: self.select(&learned.example_weights),
             variances: self.kept.iter().map(|v| learned.variances[v.index()]).collect(),
+            prior_lengths: learned.prior_lengths.clone(),
             ..*learned
         }
     }

@@ -70,6 +70,7 @@ pub fn face(vertices: usize) -> Face {
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
         examples,
+        prior: None,
         settings: Settings::default(),
     }
 }

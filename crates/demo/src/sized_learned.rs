@@ -55,6 +55,7 @@ pub(crate) fn learn(parts: &mut RigParts<f64>) {
         wrinkle_ridge: 1e-3,
         marker_noise: 0.005,
         reach: 1.0,
+        prior_lengths: Vec::new(),
         wrinkle_strains: WrinkleStrains::Vectors,
         anchors,
         anchor_weights,

@@ -3,7 +3,8 @@ use rhytid_core::{Result, Rig, rig_file};
 use std::path::Path;
 
 /// Reads the project file of a face (`face.toml`) and all that it names. The files have to be in the
-/// project's folder or below it. [`project::read`](crate::formats::project::read) can also read others.
+/// project's folder or below it. [`project::read`](crate::formats::project::read) can also read others. A
+/// prior that is the rig of another face is read by `rhytid::transfer::read_face`.
 ///
 /// # Errors
 /// [`Error::Input`](crate::Error::Input), which names the file and the line. [`Error::Io`](crate::Error::Io).

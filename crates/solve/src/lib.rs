@@ -19,6 +19,7 @@
 //!     up_axis: UpAxis::Y,
 //!     handles: Handles { labels: ["a", "b", "c", "d"].map(String::from).to_vec(), points: [0, 2, 6, 8].map(|v| VertexId(v).into()).to_vec() },
 //!     examples: Vec::new(),
+//!     prior: None,
 //!     settings: Settings::default(),
 //! };
 //! assert!(rhytid_solve::examine(&face).findings.iter().all(|finding| finding.severity < rhytid_solve::Severity::Error));
@@ -78,6 +79,15 @@ pub fn default_bending_length(rest_lengths: &[f64]) -> Option<f64> {
 /// Around a handle that keeps this much of the linear band, nothing is said to be faded.
 pub const WHOLE: f64 = 0.95;
 
+/// What is taken of a prior.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TakenPrior {
+    /// The number of its expressions.
+    pub expressions: usize,
+    /// Its weight, 0 to 1: at 0 left-out examples are predicted no better with it.
+    pub weight: f64,
+}
+
 /// What the solve reports in addition to the rig.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolveReport {
@@ -88,6 +98,8 @@ pub struct SolveReport {
     /// The shares, ridges and reaches that were tried, the chosen ones first. Empty with the
     /// chapter's method.
     pub candidates: Vec<Candidate>,
+    /// What is taken of the prior. `None` without a prior, and with the chapter's method.
+    pub prior: Option<TakenPrior>,
     /// How much of the linear band is kept around each handle, H in 0..1: at 0 the shell is alone, because
     /// left-out examples are hardly better there with the band. Empty with the chapter's method.
     pub kept: Vec<f64>,
@@ -167,6 +179,10 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
                     != (steps.chosen.share, steps.chosen.ridge, steps.chosen.reach)
             };
             report.candidates.extend(steps.candidates.iter().filter(is_other));
+            report.prior = face
+                .prior
+                .as_ref()
+                .map(|prior| TakenPrior { expressions: prior.expressions.len(), weight: steps.chosen.prior });
             report.parts.clone_from(&steps.parts);
             report.kept.clone_from(&steps.fade.of_handles);
             if leave_one_out {
@@ -174,7 +190,7 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
                 let errors = steps.leave_one_out(&vertices)?;
                 left_out = Some(LeaveOneOut {
                     errors,
-                    of_shell: steps.smooth_residual.clone(),
+                    of_shell: steps.residual_of_shell(),
                     skin_area: learned::skin_area(&shell),
                 });
             }

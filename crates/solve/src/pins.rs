@@ -1,7 +1,7 @@
 //! Pins: vertices that stay where they are (section 2). Without pins, a head whose back has no marker would
 //! swing with the face.
 use glam::DVec3;
-use rhytid_core::{Face, Method, SurfacePoint, VertexId};
+use rhytid_core::{Example, Face, Method, SurfacePoint, VertexId};
 use rhytid_geometry::geodesic::Cell;
 
 /// A vertex stays if no example moves it by more than this, in metres. The bound covers the rounding of files
@@ -21,16 +21,18 @@ const MOVES: f64 = 1e-3;
 pub(crate) fn pins(face: &Face, cells: &[Option<Cell>], spacing: f64) -> Vec<bool> {
     let mut pinned = vec![false; cells.len()];
     let auto = face.settings.pins.auto.unwrap_or(matches!(face.settings.method, Method::Learned(_)));
-    if auto && !face.examples.is_empty() {
+    let expressions = face.prior.iter().flat_map(|prior| &prior.expressions);
+    let shown: Vec<&Example> = face.examples.iter().chain(expressions).collect();
+    if auto && !shown.is_empty() {
         let moves = |v: usize, most: f64| {
             let rest = DVec3::from_array(face.neutral.positions[v]);
             let squared = (most / face.metres_per_unit).powi(2);
-            face.examples.iter().any(|e| DVec3::from_array(e.positions[v]).distance_squared(rest) > squared)
+            shown.iter().any(|e| DVec3::from_array(e.positions[v]).distance_squared(rest) > squared)
         };
-        let shown: Vec<bool> =
+        let moving: Vec<bool> =
             face.handles.points.iter().map(|point| moves(point.nearest_vertex().index(), MOVES)).collect();
         for (v, (pinned, cell)) in pinned.iter_mut().zip(cells).enumerate() {
-            *pinned = cell.is_some_and(|cell| cell.distance > spacing && shown[cell.handle.index()])
+            *pinned = cell.is_some_and(|cell| cell.distance > spacing && moving[cell.handle.index()])
                 && !moves(v, STAYS);
         }
     }

@@ -24,6 +24,7 @@ pub fn face() -> Face {
             points: [0, 4, 12, 20, 24].map(|v| VertexId(v).into()).to_vec(),
         },
         examples: vec![Example { name: "smile".into(), positions: smile, mirror: false }],
+        prior: None,
         settings: Settings::default(),
     }
 }

@@ -29,12 +29,14 @@ mod correspondence;
 mod examples;
 mod gradients;
 mod landmarks;
+mod prior;
 mod report;
 mod shapes;
 mod skin;
 mod warp;
 
 pub use correspondence::Missing;
+pub use prior::read_face;
 pub use report::{Bare, Maps, Spread, TransferReport};
 
 use correspondence::{Place, correspondence, stretches};

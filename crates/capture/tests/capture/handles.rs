@@ -31,6 +31,7 @@ fn face(shared: &Path, name: &str, metres_per_unit: f64) -> Face {
         metres_per_unit,
         up_axis: UpAxis::Y,
         handles: Handles::default(),
+        prior: None,
         settings: Settings::default(),
     }
 }

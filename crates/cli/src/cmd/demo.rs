@@ -345,6 +345,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples,
+        prior: None,
         pins: PinsSection::default(),
         large_scale: LargeScaleSection {
             bending_length: face.settings.bending_length,

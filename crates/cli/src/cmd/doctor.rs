@@ -4,6 +4,7 @@ use crate::progress::Ui;
 use crate::{args, exit_code, inputs, output};
 use rhytid::Result;
 use rhytid::core::human;
+use rhytid::formats::project;
 use rhytid::solve::{Finding, Report, Severity};
 use serde::Serialize;
 use std::process::ExitCode;
@@ -24,7 +25,8 @@ struct Examination<'a> {
 /// As [`rhytid::formats::project::read`]: what cannot be read cannot be examined.
 pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
     inputs::project(&args.project, "rhytid doctor FACE.toml")?;
-    let face = rhytid::formats::project::read(&args.project, args.elsewhere.reach())?;
+    let (path, reach) = (&args.project, args.elsewhere.reach());
+    let face = project::load(&project::read_project(path)?, path, reach)?;
     let report = rhytid::solve::examine(&face);
     let count = |severity| report.findings.iter().filter(|f| f.severity == severity).count();
     let examination = Examination {

@@ -7,7 +7,7 @@ use crate::{args, inputs, output};
 use rhytid::core::human;
 use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Faded, Regions, Truth};
 use rhytid::formats::sequence::Sequence;
-use rhytid::formats::{mesh, project, tables};
+use rhytid::formats::{mesh, tables};
 use rhytid::{Face, Result, Rig};
 
 /// The number of regions named on a line.
@@ -20,7 +20,7 @@ const NAMED: usize = 4;
 pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     inputs::project(&args.project, "rhytid evaluate FACE.toml")?;
     let device = inputs::named_device(&args.device)?;
-    let face = ui.timed("read", || project::read(&args.project, args.elsewhere.reach())).0?;
+    let face = ui.timed("read", || inputs::face(&args.project, args.elsewhere.reach(), ui)).0?;
     // Before the solve, so that a mistake is reported at once.
     let meshes = args
         .truth

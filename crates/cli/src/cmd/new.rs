@@ -63,6 +63,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         handles: Handles::default(),
         examples: examples.iter().map(|(_, example)| example.clone()).collect(),
         neutral,
+        prior: None,
         settings: Settings::default(),
     };
     let Placed { face, take, distances } = ui.timed("place handles", || find_handles(face, args, ui)).0?;

@@ -14,7 +14,7 @@ use rhytid::evaluate::Faded;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
-use rhytid::solve::{Candidate, FreePart, Report, Severity, SolveReport};
+use rhytid::solve::{Candidate, FreePart, Report, Severity, SolveReport, TakenPrior};
 use rhytid::{Error, Face, Progress, Result, Rig};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -92,6 +92,9 @@ struct Summary<'a> {
     scans: Vec<ScanSummary<'a>>,
     /// The choice of share and ridge, the chosen pair first.
     candidates: Vec<CandidateSummary>,
+    /// Absent without a prior.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prior: Option<PriorSummary>,
     /// Where the linear band is faded to the shell, the least kept first.
     faded: Vec<Faded>,
     seconds: f64,
@@ -118,6 +121,13 @@ struct CandidateSummary {
     left_out_mm: Option<f64>,
     /// Null with a single example.
     misfit_mm: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct PriorSummary {
+    expressions: usize,
+    /// 0 to 1.
+    weight: f64,
 }
 
 #[derive(Serialize)]
@@ -159,6 +169,10 @@ impl<'a> Summary<'a> {
             parts_without_handle: solved.report.parts.len(),
             scans: solved.scans.iter().map(scan).collect(),
             candidates: solved.report.candidates.iter().map(candidate).collect(),
+            prior: solved
+                .report
+                .prior
+                .map(|TakenPrior { expressions, weight }| PriorSummary { expressions, weight }),
             faded: faded(solved),
             seconds: solved.solving.as_secs_f64(),
             steps: finished.iter().map(step).collect(),
@@ -224,6 +238,16 @@ fn quality(solved: &Solved) -> Vec<String> {
             short(millimetres * error)
         ));
     }
+    if let Some(TakenPrior { expressions, weight }) = solved.report.prior {
+        let expressions = human::counted(expressions, "expression");
+        lines.push(match weight {
+            0.0 => format!("the prior ({expressions}) is left out: without it examples are predicted better"),
+            _ => format!(
+                "the prior ({expressions}) has a weight of {}",
+                human::number((weight * 100.0).round() / 100.0)
+            ),
+        });
+    }
     lines.extend(super::evaluate::faded_line(&faded(solved)));
     lines
 }
@@ -256,7 +280,7 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
     let project = project::read_project(path)?;
     let files = project::files(&project, path);
     refuse_inputs(&[output], files.iter().map(PathBuf::as_path))?;
-    let (face, reading) = ui.timed("read", || project::read(path, reach));
+    let (face, reading) = ui.timed("read", || inputs::face(path, reach, ui));
     let face = face?;
     let of_a_take = project.examples.iter().filter(|example| example.take.is_some());
     let names: Vec<&str> = of_a_take.map(|example| example.name.as_str()).collect();

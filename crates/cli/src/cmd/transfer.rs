@@ -24,7 +24,7 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
     refuse_inputs(&[&args.output], read.map(PathBuf::as_path))?;
     let landmarks = args.landmarks.as_deref().map(tables::read_landmarks).transpose()?;
     let from = ui.timed("read the rig", || rig_file::read(&args.from)).0?;
-    let to = ui.timed("read", || project::read(&args.to, args.elsewhere.reach())).0?;
+    let to = ui.timed("read", || inputs::face(&args.to, args.elsewhere.reach(), ui)).0?;
     let settings = Settings { landmarks, linear_band: args.with_linear_band };
     let Transferred { face, report, maps } = transfer(&from, &to, &settings, &[inputs::processor()?], ui)?;
     ui.clear();

@@ -26,6 +26,7 @@ mod pages;
 mod placing;
 mod points;
 mod prepare;
+mod prior;
 mod processors;
 mod raw_torture;
 mod reach;

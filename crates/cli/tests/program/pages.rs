@@ -33,6 +33,11 @@ fn pages_have_pictures_and_twice_the_same_bytes() {
             f.done(&format!("{command} {folder}"));
             f.read_text(&format!("{folder}/{name}.html"))
         });
+        let shown = |line: &str| line.chars().take(300).collect::<String>();
+        let mut lines = first.lines().zip(again.lines()).enumerate();
+        if let Some((i, (a, b))) = lines.find(|(_, (a, b))| a != b) {
+            panic!("{name}: the same again has another line {i}:\n{}\n{}", shown(a), shown(b));
+        }
         assert!(first == again, "{name}: the same again has other bytes");
         assert_eq!(texts(&first, "svg image").len(), pictures, "{name}");
         assert!(texts(&first, ".left-out").is_empty(), "{name}");

@@ -2,9 +2,10 @@
 
 use proptest::prelude::*;
 use rhytid_core::{
-    Error, InputErrorKind, Materials, NoProgress, Rig, StrainEdgeId, SurfacePoint, Table, Uvs, VertexId,
-    WrinkleStrains, rig_file,
+    Error, InputErrorKind, Materials, NoProgress, Prior, Rig, StrainEdgeId, SurfacePoint, Table, Uvs,
+    VertexId, WrinkleStrains, rig_file,
 };
+use rhytid_kernels::vec3;
 use rhytid_solve::solve;
 use rhytid_test_support::changed;
 use serde_json::{Value, json};
@@ -89,6 +90,27 @@ fn inside_a_triangle() -> Rig {
     let mut face = rhytid_test_support::sheet::face();
     face.handles.points[2] = SurfacePoint::new([6, 7, 12].map(VertexId), [0.3, 0.3, 0.4]).unwrap();
     solve(&face, &NoProgress).unwrap().rounded().unwrap()
+}
+
+#[test]
+fn a_rig_with_a_prior_has_lengths_and_a_version() {
+    let mut face = rhytid_test_support::sheet::face();
+    let expressions = face.examples.clone();
+    face.prior = Some(Prior { expressions, weight: Some(0.5) });
+    let rig = solve(&face, &NoProgress).unwrap().rounded().unwrap();
+    let bytes = rig_file::encode(&rig).unwrap();
+    let (header, _) = parse(&bytes);
+    let features = rig.handles().features();
+    assert_eq!(header["prior_lengths"]["shape"], json!([features]));
+    assert!(header["__metadata__"]["rhytid"].as_str().unwrap().starts_with("{\"version\":8,"));
+    assert_eq!(rig_file::decode(&bytes, "rig").unwrap(), rig);
+    // A vector strain is followed as far as the prior's expressions go.
+    let lengths = &rig.learned().unwrap().prior_lengths;
+    let longest = rig.example_vectors().row(0).iter().map(|d| vec3::dot(*d, *d).sqrt()).collect::<Vec<f32>>();
+    assert!(lengths.iter().zip(&longest).all(|(a, b)| (a - b).abs() < 1e-6), "{lengths:?} {longest:?}");
+    let damaged = |length: f32| with_element_of(&bytes, "prior_lengths", 1, length.to_le_bytes());
+    refused(&damaged(f32::NAN), &["prior_lengths"]);
+    assert!(rig_file::decode(&damaged(0.5), "rig").unwrap().feature_limits()[1] >= 0.5);
 }
 
 #[test]
@@ -279,15 +301,17 @@ fn files_cut_short_anywhere() {
 #[test]
 fn other_versions_and_other_files() {
     // Earlier versions that are no longer written, and later ones.
-    for version in [0, 1, 3, 4, 8, u32::MAX] {
+    for version in [0, 1, 3, 4, 9, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
-        let kind =
-            refused(&bytes, &[&format!("version {version}, expected 2, 5, 6 or 7"), "solve the face again"]);
+        let kind = refused(
+            &bytes,
+            &[&format!("version {version}, expected 2, 5, 6, 7 or 8"), "solve the face again"],
+        );
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // Such a file may have entirely different metadata, and arrays that are unknown here.
-    let newer = with_metadata(|m| *m = json!({"version": 8}));
-    refused(&newer, &["version 8, expected 2, 5, 6 or 7"]);
+    let newer = with_metadata(|m| *m = json!({"version": 9}));
+    refused(&newer, &["version 9, expected 2, 5, 6, 7 or 8"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],

@@ -25,6 +25,7 @@ fn bare(folder: &Path, handles: Handles, metres_per_unit: f64) -> Face {
         up_axis: UpAxis::Y,
         handles,
         examples: Vec::new(),
+        prior: None,
         settings: Settings::default(),
     }
 }

@@ -1,10 +1,10 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
-use rhytid_core::{Bind, Error, UpAxis, WrinkleStrains};
+use rhytid_core::{Bind, Error, Reach, UpAxis, WrinkleStrains};
 use rhytid_formats::mesh::NormalMapConvention;
 use rhytid_formats::project::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, Project, StrainSection, Units, parse, write,
+    Method, PinsSection, PriorSection, Project, StrainSection, Units, parse, read, write,
 };
 use std::path::PathBuf;
 
@@ -45,6 +45,10 @@ bind = "nearest"
 edges = "edges.csv"
 [fine_scale]
 max_influences = 8
+[prior]
+from = "generic"
+neutral = "generic/rest.obj"
+weight = 0.25
 [learned]
 share = 0.5
 ridge = 1e-3
@@ -81,6 +85,12 @@ fn full() -> Project {
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
+        prior: Some(PriorSection {
+            from: "generic".into(),
+            neutral: Some("generic/rest.obj".into()),
+            landmarks: None,
+            weight: Some(0.25),
+        }),
         pins: PinsSection {
             auto: Some(false),
             vertices: Some("skull.csv".into()),
@@ -135,7 +145,7 @@ fn the_former_names_of_keys_are_understood() {
     assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
     let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
     let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
-    let words = "line 41: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    let words = "line 45: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
     assert!(found.sentence().contains(words), "{found}");
 }
 
@@ -157,6 +167,7 @@ fn what_is_left_out_has_its_default() {
             mesh: MeshSection { name: None, neutral: "n.obj".into(), units: Units::Metres, up: UpAxis::Y },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
+            prior: None,
             pins: PinsSection::default(),
             large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto, rotations: false },
             strain: StrainSection { edges: Edges::Auto },
@@ -217,11 +228,43 @@ fn projects_that_would_not_read_back_are_not_written() {
             "[learned] reach is 0.5, expected a number from 1, inf for no bound",
         ),
         (change(|p| p.learned.reach = Some(f64::NAN)), "[learned] reach is nan"),
+        (
+            change(|p| p.prior = Some(PriorSection { weight: Some(1.5), ..prior("generic") })),
+            "[prior] weight is 1.5, expected \"auto\" or a number from 0 to 1",
+        ),
+        (
+            change(|p| {
+                p.prior = Some(PriorSection { neutral: Some("n.obj".into()), ..prior("a.safetensors") })
+            }),
+            "[prior] has neutral, which is of no use where from is a rig",
+        ),
+        (
+            change(|p| p.prior = Some(PriorSection { landmarks: Some("l.csv".into()), ..prior("generic") })),
+            "[prior] has landmarks, which is of no use where from is a folder",
+        ),
     ] {
         let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };
         assert!(found.sentence().contains("not written") && found.sentence().contains(words), "{found}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
     }
+}
+
+fn prior(from: &str) -> PriorSection {
+    PriorSection { from: from.into(), ..PriorSection::default() }
+}
+
+#[test]
+fn a_prior_that_is_a_rig_is_not_read_without_a_transfer() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("face.toml");
+    std::fs::write(&path, format!("{SMALLEST}[prior]\nfrom = 'other.safetensors'\n")).unwrap();
+    let text = read(&path, Reach::Below).unwrap_err().to_string();
+    assert!(text.contains("other.safetensors, which does not exist"), "{text}");
+    std::fs::write(folder.path().join("other.safetensors"), "").unwrap();
+    let text = read(&path, Reach::Below).unwrap_err().to_string();
+    assert!(text.contains("rhytid_transfer::read_face"), "{text}");
+    let Err(error) = parse(&format!("{SMALLEST}[prior]\nweight = 'auto'\n"), "face.toml") else { panic!() };
+    assert!(error.to_string().contains("[prior] lacks the key from"), "{error}");
 }
 
 fn any_project() -> impl Strategy<Value = Project> {
@@ -258,6 +301,7 @@ fn any_project() -> impl Strategy<Value = Project> {
                 ..ExampleSection::default()
             })
             .collect(),
+        prior: None,
         pins: PinsSection { auto: choices.0.map(|x| x > 1.0), ..PinsSection::default() },
         large_scale: LargeScaleSection {
             bending_length: choices.0,

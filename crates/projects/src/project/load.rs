@@ -1,4 +1,5 @@
 //! Reads the files that a [`Project`] names, and makes a [`Face`] of them.
+use super::prior;
 use super::sculpted;
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
 use rayon::prelude::*;
@@ -12,7 +13,8 @@ use rhytid_meshes as mesh;
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
 
-/// Reads everything that `project` names within `reach`. `path` is the project file: paths are relative to
+/// Reads everything that `project` names within `reach`, except a prior that is a rig ([`super::prior_rig`]).
+/// `path` is the project file: paths are relative to
 /// its folder, and it is named in errors.
 ///
 /// # Errors
@@ -78,6 +80,10 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
     let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();
     let examples = examples.into_iter().collect::<Result<_>>()?;
 
+    let prior = match &project.prior {
+        Some(section) => prior::read(section, path, &neutral, &neutral_path, reach)?,
+        None => None,
+    };
     let pins = Pins {
         auto: project.pins.auto,
         vertices: pinned_vertices(&project.pins, path, &neutral, &neutral_path, reach)?,
@@ -90,6 +96,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         up_axis: project.mesh.up,
         handles: Handles::default(),
         examples,
+        prior,
         settings: Settings {
             bending_length: project.large_scale.bending_length,
             rotations: project.large_scale.rotations,
@@ -119,7 +126,9 @@ pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
         std::iter::once(&example.mesh).chain(&example.take).chain(maps)
     }));
     let named = named.chain(&project.pins.vertices).chain(edges);
-    std::iter::once(path.to_owned()).chain(named.map(|file| folder.join(file))).collect()
+    let of_prior = project.prior.iter().flat_map(|section| prior::files(section, path));
+    let named = named.map(|file| folder.join(file)).chain(of_prior);
+    std::iter::once(path.to_owned()).chain(named).collect()
 }
 
 /// The vertices that the section names, ascending.
@@ -195,7 +204,7 @@ fn existing_table(project: &Path, file: &Path, key: &str, reach: Reach) -> Resul
 }
 
 /// `file` as seen from the project file, if it is there and within reach.
-fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
+pub(super) fn existing(project: &Path, file: &Path, key: &str, reach: Reach) -> Result<PathBuf> {
     let path = named_file(project, file, key, reach)?;
     match path.metadata() {
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Err(Error::input(format!(

@@ -2,14 +2,16 @@
 //! `docs/project-file.md`.
 mod load;
 mod parse;
+mod prior;
 mod sculpted;
 mod sections;
 
 pub use load::{files, load, load_without_handles};
 pub use parse::parse;
+pub use prior::prior_rig;
 pub use sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, Project, StrainSection, Units,
+    Method, PinsSection, PriorSection, Project, StrainSection, Units,
 };
 
 use rhytid_core::{Error, Face, InputErrorKind, Reach, Result, input_file};
@@ -19,9 +21,20 @@ use std::path::Path;
 /// Reads a project file and everything it names within `reach`.
 ///
 /// # Errors
-/// [`Error::Input`] as of [`parse()`] and [`load()`]; [`Error::Io`].
+/// [`Error::Input`] as of [`parse()`] and [`load()`], and for a prior that is a rig. Only a transfer can
+/// carry it over: `rhytid_transfer::read_face`. [`Error::Io`].
 pub fn read(path: &Path, reach: Reach) -> Result<Face> {
-    load(&read_project(path)?, path, reach)
+    let project = read_project(path)?;
+    if let Some(rig) = prior_rig(&project, path, reach)? {
+        return Err(Error::input(format!(
+            "{}: [prior] from names {}, a rig, which has to be transferred: read the project with \
+             rhytid_transfer::read_face, or name a folder of meshes",
+            path.display(),
+            rig.display()
+        ))
+        .of_kind(InputErrorKind::Conflict));
+    }
+    load(&project, path, reach)
 }
 
 /// Reads a project file alone, without the files that it names.

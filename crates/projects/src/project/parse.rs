@@ -1,8 +1,9 @@
 //! Turns the text of a project file into a [`Project`]. Keys, types and values are checked; files are not
 //! touched.
+use super::prior;
 use super::sections::{
     Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, Project, StrainSection, Units,
+    Method, PinsSection, PriorSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
@@ -27,6 +28,7 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
         "mesh",
         "handles",
         "example",
+        "prior",
         "pins",
         "large_scale",
         "strain",
@@ -39,6 +41,7 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
         mesh: mesh(&root.required_section("mesh", "neutral and units")?)?,
         handles: handles(&root.required_section("handles", "vertices")?)?,
         examples: examples(&root)?,
+        prior: root.section("prior")?.map(|s| prior_section(&s)).transpose()?,
         pins: root.section("pins")?.map_or_else(|| Ok(<_>::default()), |s| pins(&s))?,
         large_scale: root.section("large_scale")?.map_or_else(|| Ok(<_>::default()), |s| large_scale(&s))?,
         strain: root.section("strain")?.map_or_else(|| Ok(<_>::default()), |s| strain(&s))?,
@@ -286,6 +289,34 @@ fn green(section: &Section<'_>) -> Result<Option<NormalMapConvention>> {
         Some("down") => Ok(Some(NormalMapConvention::Down)),
         Some(other) => Err(section.wrong("green", &quoted(other), expected)),
     }
+}
+
+fn prior_section(section: &Section<'_>) -> Result<PriorSection> {
+    section.allow(&["from", "neutral", "landmarks", "weight"])?;
+    let from = section.path("from", "a folder of meshes, or a rig (.safetensors)")?;
+    let neutral =
+        file(section, "neutral", "the mesh at rest that the meshes of the folder are expressions of")?;
+    let landmarks = file(section, "landmarks", "a CSV file with pairs of handles, those of the rig first")?;
+    let is_rig = prior::is_rig(&from);
+    for (key, fits, of) in [("neutral", !is_rig, "a rig"), ("landmarks", is_rig, "a folder")] {
+        if section.get(key).is_some() && !fits {
+            return Err(section
+                .error(&format!("has {key}, which is of no use where from is {of}; leave it out"))
+                .of_kind(InputErrorKind::Conflict));
+        }
+    }
+    let expected = "\"auto\" or a number from 0 to 1";
+    let weight = match section.get("weight") {
+        None => None,
+        Some(DeValue::String(text)) if text == "auto" => None,
+        Some(value) => Some(
+            section
+                .number("weight")
+                .filter(|weight| (0.0..=1.0).contains(weight))
+                .ok_or_else(|| section.wrong("weight", &found(value), expected))?,
+        ),
+    };
+    Ok(PriorSection { from, neutral, landmarks, weight })
 }
 
 fn pins(section: &Section<'_>) -> Result<PinsSection> {

@@ -20,6 +20,9 @@ pub struct Project {
     /// Each `[[example]]`; names are distinct.
     #[serde(rename = "example")]
     pub examples: Vec<ExampleSection>,
+    /// `[prior]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PriorSection>,
     /// `[pins]`.
     #[serde(skip_serializing_if = "PinsSection::is_default")]
     pub pins: PinsSection,
@@ -88,6 +91,24 @@ pub struct ExampleSection {
     /// The factor of its heights; 1 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strength: Option<f64>,
+}
+
+/// `[prior]`: expressions of another face.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct PriorSection {
+    /// A folder of meshes with the neutral's vertices and faces, or the rig of another face.
+    pub from: PathBuf,
+    /// The mesh at rest that the meshes of the folder are expressions of. `None`: the folder's own mesh
+    /// called `neutral`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub neutral: Option<PathBuf>,
+    /// CSV with pairs of labels of handles at the same place, those of the rig first. `None`: the labels
+    /// that both have.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub landmarks: Option<PathBuf>,
+    /// How much of it is taken, 0 to 1. `None` is `"auto"`: as much as predicts the face's own examples best.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
 }
 
 /// `[pins]`: the vertices that stay where they are. The keys add up.

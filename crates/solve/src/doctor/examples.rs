@@ -40,12 +40,20 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
         });
         report.findings.extend(beside.no_handle_moves());
     }
-    if face.examples.is_empty() {
-        report.add(
+    match &face.prior {
+        _ if !face.examples.is_empty() => {}
+        Some(prior) if prior.weight.is_none() => report.add(
+            Severity::Warning,
+            "prior-alone",
+            "there is a prior and no example, so nothing says how well the prior fits this face; add one \
+             expression scan, or look at the result and set the prior's weight"
+                .into(),
+        ),
+        _ => report.add(
             Severity::Note,
             "no-examples",
             "there are no examples; the rig will have the large scale only, without wrinkles".into(),
-        );
+        ),
     }
 }
 

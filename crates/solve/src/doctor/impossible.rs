@@ -3,7 +3,7 @@ use super::finding::{Finding, Report, Severity};
 use super::points;
 use super::words::{count, first_few, length};
 use glam::DVec3;
-use rhytid_core::{Face, HandleId, LearnedSettings, Method, StrainEdges};
+use rhytid_core::{Example, Face, HandleId, LearnedSettings, Method, StrainEdges};
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
 use std::collections::HashMap;
@@ -27,7 +27,7 @@ enum Check {
 }
 
 /// All checks, in the order of the report.
-const CHECKS: [Check; 21] = [
+const CHECKS: [Check; 22] = [
     Check::Needed(no_faces),
     Check::Needed(neutral_not_finite),
     Check::Needed(faulty_faces),
@@ -46,6 +46,7 @@ const CHECKS: [Check; 21] = [
     Check::One(no_influences),
     Check::Each(learned_numbers_out_of_range),
     Check::One(rotations_of_the_basis),
+    Check::One(unusable_prior),
     Check::One(unit_out_of_range),
     Check::Needed(strain_edges_out_of_range),
     Check::One(strain_edges_without_length),
@@ -159,28 +160,27 @@ fn faulty_handles(face: &Face) -> Vec<Finding> {
     found
 }
 
-/// Examples of another mesh than the neutral's, and examples that are not finite.
+/// Examples of another mesh than the neutral's, and examples that are not finite. So too the expressions of a
+/// prior.
 fn faulty_examples(face: &Face) -> Vec<Finding> {
     let vertices = face.neutral.positions.len();
     let mut found = Vec::new();
-    for example in &face.examples {
-        if example.positions.len() != vertices {
+    let expressions = face.prior.iter().flat_map(|prior| &prior.expressions);
+    let meshes = face.examples.iter().map(|example| ("example", example));
+    for (what, Example { name, positions, .. }) in meshes.chain(expressions.map(|e| ("the prior's", e))) {
+        if positions.len() != vertices {
             found.push(error(
                 "example",
                 format!(
-                    "example {} has {} vertices where the neutral mesh has {vertices}; every mesh needs the same \
-                     vertices in the same order",
-                    example.name,
-                    example.positions.len()
+                    "{what} {name} has {} vertices where the neutral mesh has {vertices}; every mesh needs the \
+                     same vertices in the same order",
+                    positions.len()
                 ),
             ));
-        } else if let Some(v) = not_finite(&example.positions) {
+        } else if let Some(v) = not_finite(positions) {
             found.push(error(
                 "not-finite",
-                format!(
-                    "vertex {v} of example {} is at {:?}, expected finite numbers",
-                    example.name, example.positions[v]
-                ),
+                format!("vertex {v} of {what} {name} is at {:?}, expected finite numbers", positions[v]),
             ));
         }
     }
@@ -268,6 +268,28 @@ fn rotations_of_the_basis(face: &Face) -> Option<Finding> {
                 .into(),
         )
     })
+}
+
+/// A prior is in the basis, which only the learned method learns.
+fn unusable_prior(face: &Face) -> Option<Finding> {
+    let prior = face.prior.as_ref()?;
+    let wrong = |message: String| Some(error("prior", message));
+    match (face.settings.method, prior.weight) {
+        (_, Some(weight)) if !(0.0..=1.0).contains(&weight) => {
+            wrong(format!("the prior's weight is {weight}, expected 0 to 1"))
+        }
+        (Method::Chapter, _) => wrong(
+            "the chapter's method learns nothing from a prior; choose method = \"learned\", or leave the \
+             prior out"
+                .into(),
+        ),
+        (Method::Learned(_), _) if face.settings.rotations => wrong(
+            "rotations do not go with a prior: it is in the basis, which also says how far vertices turn with \
+             the handles; leave one of them out"
+                .into(),
+        ),
+        _ => None,
+    }
 }
 
 fn unit_out_of_range(face: &Face) -> Option<Finding> {

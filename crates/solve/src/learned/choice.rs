@@ -6,6 +6,7 @@ use super::reach::Beyond;
 use super::vector_strains::VectorStrains;
 use glam::DMat3;
 use rayon::prelude::*;
+use rhytid_core::numbers::dot;
 use rhytid_core::{Error, LearnedSettings, Result, Table};
 
 /// The values of s that are tried if a project names none.
@@ -42,6 +43,8 @@ pub struct Candidate {
     pub ridge: f64,
     /// How far vector strains are followed.
     pub reach: f64,
+    /// How much of the prior is taken, 0 to 1; 0 without a prior.
+    pub prior: f64,
     /// The RMS distance from the smooth part of each example to its prediction by the others, in mesh units.
     ///
     /// The mean is over a sample of the surface. NaN where there are too few examples to leave one out.
@@ -59,21 +62,87 @@ impl Candidate {
     }
 }
 
-/// Sums of squares over the examples at one vertex.
-struct Squares {
-    left_out: f64,
-    misfit: f64,
+/// What a prior says of the examples, and how much of it is to be taken.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OfPrior<'a> {
+    /// What the prior adds to the shell in each example, V×P in mesh units.
+    pub(crate) predicted: &'a Table<[f64; 3]>,
+    /// The weight of the prior. `None` takes the one with the least expected error.
+    pub(crate) weight: Option<f64>,
 }
 
-fn square(x: &[f64]) -> f64 {
-    x.iter().map(|x| x * x).sum()
+/// The squared error as a function of the prior's weight w: `error − 2w common + w² prior`.
+#[derive(Debug, Clone, Copy, Default)]
+struct Square {
+    error: f64,
+    common: f64,
+    prior: f64,
+}
+
+impl Square {
+    /// The square of `error − w of_prior`, times `scale`.
+    fn new(error: &[f64], of_prior: &[f64], scale: f64) -> Self {
+        let (common, prior) = (scale * dot(error, of_prior), scale * dot(of_prior, of_prior));
+        Self { error: scale * dot(error, error), common, prior }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.error += other.error;
+        self.common += other.common;
+        self.prior += other.prior;
+    }
+
+    /// The value at w.
+    fn at(&self, weight: f64) -> f64 {
+        (self.error - 2.0 * weight * self.common + weight * weight * self.prior).max(0.0)
+    }
+}
+
+/// Sums of squares over the examples at one vertex.
+#[derive(Debug, Clone, Copy, Default)]
+struct Squares {
+    left_out: Square,
+    misfit: Square,
+}
+
+impl Squares {
+    /// The prior's weight in 0..1 with the least expected error; 0 where the prior says nothing.
+    fn best_weight(&self) -> f64 {
+        let prior = self.left_out.prior + self.misfit.prior;
+        if prior > 0.0 { ((self.left_out.common + self.misfit.common) / prior).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// The prior's weight where there is one example. It is predicted by the prior alone, and one scan proves
+    /// little. So the best weight counts by the part of the square that it explains.
+    fn weight_of_one(&self) -> f64 {
+        let weight = self.best_weight();
+        match self.left_out.error {
+            error if error > 0.0 => weight * (1.0 - self.left_out.at(weight) / error).max(0.0),
+            _ => weight,
+        }
+    }
+}
+
+/// One right-hand side of a vertex's system: what is to be learned, or what the prior says of it.
+#[derive(Clone)]
+struct Side {
+    z: Vec<f64>,
+    /// The errors of left-out examples, P.
+    errors: Vec<[f64; 3]>,
+}
+
+impl Side {
+    fn new(examples: usize) -> Self {
+        Self { z: vec![0.0; 3 * examples], errors: vec![[0.0; 3]; examples] }
+    }
 }
 
 /// All candidates with their errors, and the best of them.
 ///
 /// `area` is the mass of each vertex, and 0 at vertices that do not count, such as handles. It determines the
 /// sample, and the bits do not depend on the number of threads. `marker_noise` is σ_m in mesh units, and
-/// `smooth` is Ŵ, V×P. A left-out example is followed as far as a frame is.
+/// `smooth` is Ŵ, V×P. A left-out example is followed as far as a frame is. With a prior, the others predict
+/// what the prior leaves of an example, and a single example is predicted by the prior alone.
 ///
 /// # Errors
 /// As [`VertexSystem::solve`].
@@ -84,6 +153,7 @@ pub(crate) fn choose(
     area: &[f64],
     settings: &LearnedSettings,
     marker_noise: f64,
+    prior: Option<OfPrior>,
 ) -> Result<(Candidate, Vec<Candidate>)> {
     let examples = strains.examples();
     let is_chosen = examples >= FEWEST_EXAMPLES;
@@ -94,12 +164,17 @@ pub(crate) fn choose(
     };
     let shares = tried(settings.share, SHARE_OF_FEW, &SHARES);
     let ridges = tried(settings.ridge, RIDGE_OF_FEW, &RIDGES);
-    let reaches = tried(settings.reach, REACH_OF_FEW, &REACHES);
-    if examples < FEWEST_LEFT_OUT {
+    let reaches = match examples {
+        // The basis alone has no limit.
+        0 if prior.is_some() => vec![f64::INFINITY],
+        _ => tried(settings.reach, REACH_OF_FEW, &REACHES),
+    };
+    if examples < if prior.is_some() { 1 } else { FEWEST_LEFT_OUT } {
         let only = Candidate {
             share: shares[0],
             ridge: ridges[0],
             reach: reaches[0],
+            prior: prior.map_or(0.0, |prior| prior.weight.unwrap_or(1.0)),
             leave_one_out: f64::NAN,
             misfit: f64::NAN,
         };
@@ -113,48 +188,76 @@ pub(crate) fn choose(
         .map_init(
             || {
                 let of_vertex = vec![Table::filled(examples, examples, DMat3::ZERO); reaches.len()];
-                (VertexSystem::new(examples), vec![0.0; 3 * examples], vec![[0.0; 3]; examples], of_vertex)
+                let sides = vec![Side::new(examples); if prior.is_some() { 2 } else { 1 }];
+                (VertexSystem::new(examples), sides, of_vertex)
             },
-            |(system, z, errors, of_vertex), v| {
+            |(system, sides, of_vertex), v| {
                 let (features, omega) = (influences.features.row(v), influences.weights.row(v));
                 system.assemble(strains, features, omega);
                 for (beyond, of_vertex) in beyond.iter().zip(&mut *of_vertex) {
                     beyond.of_vertex(strains, features, omega, of_vertex);
                 }
-                let smooth = smooth.row(v);
+                let rows = [Some(smooth.row(v)), prior.map(|prior| prior.predicted.row(v))];
                 let mut squares = Vec::with_capacity(shares.len() * ridges.len() * reaches.len());
                 for (share, ridge) in systems() {
                     let settings = LinearSettings { share, ridge, marker_noise, reach: f64::INFINITY };
-                    let is_solved = system.solve(settings, smooth.as_flattened(), z)?;
-                    let misfit: f64 = match is_solved {
-                        true => system.diagonal(settings).powi(2) * square(z),
-                        false => square(smooth.as_flattened()),
-                    };
-                    for of_vertex in &*of_vertex {
-                        match is_solved {
-                            true => system.leave_one_out(settings, z, of_vertex, errors),
-                            false => errors.copy_from_slice(smooth),
+                    let mut is_solved = false;
+                    for (side, row) in sides.iter_mut().zip(rows.iter().flatten()) {
+                        is_solved = system.solve(settings, row.as_flattened(), &mut side.z)?;
+                        if !is_solved {
+                            side.z.copy_from_slice(row.as_flattened());
                         }
-                        squares.push(Squares { left_out: square(errors.as_flattened()), misfit });
+                    }
+                    let scale = if is_solved { system.diagonal(settings).powi(2) } else { 1.0 };
+                    let [first, others @ ..] = &mut sides[..] else { continue };
+                    let mut other = others.first_mut();
+                    let of_prior = other.as_deref().map_or(&[][..], |side| &side.z);
+                    let misfit = Square::new(&first.z, of_prior, scale);
+                    for of_vertex in &*of_vertex {
+                        let sides = std::iter::once(&mut *first).chain(other.as_deref_mut());
+                        for (side, row) in sides.zip(rows.iter().flatten()) {
+                            match is_solved {
+                                true => system.leave_one_out(settings, &side.z, of_vertex, &mut side.errors),
+                                false => side.errors.copy_from_slice(row),
+                            }
+                        }
+                        let of_prior = other.as_deref().map_or(&[][..], |side| side.errors.as_flattened());
+                        let left_out = Square::new(first.errors.as_flattened(), of_prior, 1.0);
+                        squares.push(Squares { left_out, misfit });
                     }
                 }
                 Ok(squares)
             },
         )
         .collect::<Result<_>>()?;
-    let rms = |i: usize, of: fn(&Squares) -> f64| {
-        let sum: f64 = squares.iter().map(|of_vertex| of(&of_vertex[i])).sum();
-        (sum / (squares.len() * examples).max(1) as f64).sqrt()
+    let count = (squares.len() * examples).max(1) as f64;
+    let sums = |i: usize| {
+        let mut sums = Squares::default();
+        for of_vertex in &squares {
+            sums.left_out.add(of_vertex[i].left_out);
+            sums.misfit.add(of_vertex[i].misfit);
+        }
+        sums
     };
     let all = systems().flat_map(|(share, ridge)| reaches.iter().map(move |&reach| (share, ridge, reach)));
     let candidates: Vec<Candidate> = all
         .enumerate()
-        .map(|(i, (share, ridge, reach))| Candidate {
-            share,
-            ridge,
-            reach,
-            leave_one_out: rms(i, |squares| squares.left_out),
-            misfit: rms(i, |squares| squares.misfit),
+        .map(|(i, (share, ridge, reach))| {
+            let sums = sums(i);
+            let weight = prior.map_or(0.0, |prior| {
+                prior.weight.unwrap_or_else(|| match examples {
+                    1 => sums.weight_of_one(),
+                    _ => sums.best_weight(),
+                })
+            });
+            Candidate {
+                share,
+                ridge,
+                reach,
+                prior: weight,
+                leave_one_out: (sums.left_out.at(weight) / count).sqrt(),
+                misfit: (sums.misfit.at(weight) / count).sqrt(),
+            }
         })
         .collect();
     let best = candidates.iter().copied().min_by(|a, b| a.expected().total_cmp(&b.expected()));

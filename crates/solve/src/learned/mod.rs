@@ -10,6 +10,7 @@ mod fade;
 mod linear_band;
 mod neighborhoods;
 mod parts;
+mod prior;
 mod reach;
 mod scan_plan;
 mod smoothing;
@@ -23,12 +24,14 @@ use crate::Shell;
 use crate::bind::bind_nearest;
 use crate::detail;
 pub use choice::Candidate;
+use choice::OfPrior;
 pub use confidence::{Confidence, EXTRAPOLATION};
 use distances::{Distances, Searched};
 use fade::Fade;
 use linear_band::{LinearBand, LinearSettings};
 use neighborhoods::{ANCHORS, EdgeInfluences, InfluenceSource, LinearInfluences};
 pub use parts::FreePart;
+use prior::PriorBand;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{
@@ -51,8 +54,11 @@ const MILLIMETRE: f64 = 1e-3;
 /// The results of the learned method's steps.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Steps {
-    /// Ŵ, V×P in mesh units: the smooth part of the residual after the shell.
+    /// Ŵ, V×P in mesh units: the smooth part of the residual after the shell, and after what is taken of the
+    /// prior.
     pub smooth_residual: Table<[f64; 3]>,
+    /// What is taken of the prior in the examples, V×P in mesh units. `None` without a prior.
+    pub of_prior: Option<Table<[f64; 3]>>,
     /// α.
     pub influences: EdgeInfluences,
     /// ω.
@@ -67,7 +73,7 @@ pub(crate) struct Steps {
     pub candidates: Vec<Candidate>,
     /// How much of the linear band is kept.
     pub fade: Fade,
-    /// g, c and the variances. ΔB is in the shell's basis.
+    /// g with the prior's, c and the variances. ΔB is in the shell's basis.
     pub band: LinearBand,
     /// f of the centres, N×F.
     pub pose_features: Table<f64>,
@@ -101,25 +107,62 @@ pub(crate) fn learn(
     let settings = LearnedSettings { share, ..settings };
     // Without a strain edge there are only anchors, and the unit of their features does not matter.
     let mean = shell.handles.feature_lengths().last().copied().unwrap_or(1.0);
-    let of_example = |example: &Example| shell.handles.displacements(&shell.handles.at(&example.positions));
-    let displacements: Vec<Vec<[f64; 3]>> = examples.iter().map(of_example).collect();
+    let expressions = face.prior.as_ref().map_or(&[][..], |prior| &prior.expressions);
 
-    let (sources, free_parts) =
-        parts::sources(&shell.surface.rest, &shell.parts, examples, face.settings.bind);
+    let shown = if examples.is_empty() { expressions } else { examples };
+    let (sources, free_parts) = parts::sources(&shell.surface.rest, &shell.parts, shown, face.settings.bind);
     let follows = |v: usize| matches!(sources[v], InfluenceSource::As(_)) && !shell.pinned[v];
     let Surface { rest, triangles, .. } = &shell.surface;
     bind_nearest(rest, triangles, &shell.parts.driven, follows, &mut shell.basis);
-    let smooth_residual = smooth_residual(shell, examples, mean, progress)?;
+    let smoothing = match examples.is_empty() && expressions.is_empty() {
+        true => None,
+        false => Some(smoothing_of(shell, mean, progress)?),
+    };
+    let mut smooth_residual = smooth_residual(shell, examples, smoothing.as_ref(), progress)?;
 
     let (influences, linear_influences) =
         neighborhoods(shell, &sources, face.settings.max_influences, mean, progress)?;
-    let strains =
-        VectorStrains::new(&displacements, &shell.handles.strain_edges, &shell.handles.rest_lengths(), mean);
+    let strains_of = |examples: &[Example]| {
+        let of_example =
+            |example: &Example| shell.handles.displacements(&shell.handles.at(&example.positions));
+        let displacements: Vec<Vec<[f64; 3]>> = examples.iter().map(of_example).collect();
+        VectorStrains::new(&displacements, &shell.handles.strain_edges, &shell.handles.rest_lengths(), mean)
+    };
+    let mut strains = strains_of(examples);
     let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
+    let mut prior = match expressions.is_empty() {
+        true => None,
+        false => {
+            let smooth = self::smooth_residual(shell, expressions, smoothing.as_ref(), progress)?;
+            progress.step("prior", 0, 1)?;
+            let of_expressions = strains_of(expressions);
+            let prior =
+                PriorBand::learn(of_expressions, &strains, &linear_influences, &smooth, marker_noise)?;
+            progress.step("prior", 1, 1)?;
+            Some(prior)
+        }
+    };
     progress.step("choice", 0, 1)?;
     let area = skin_area(shell);
-    let (chosen, candidates) =
-        choice::choose(&strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise)?;
+    let choose = |strains: &VectorStrains, prior: Option<OfPrior>| {
+        choice::choose(strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise, prior)
+    };
+    let (mut chosen, mut candidates) = choose(&strains, None)?;
+    if let (Some(learned), Some(given)) = (&prior, &face.prior) {
+        let with_prior = strains.clone().with_prior(&learned.strains);
+        let of_prior = OfPrior { predicted: &learned.predicted, weight: given.weight };
+        let (of_all, all) = choose(&with_prior, Some(of_prior))?;
+        if of_all.prior > 0.0 {
+            (chosen, candidates, strains) = (of_all, all, with_prior);
+        } else {
+            // The face is as without the prior.
+            prior = None;
+        }
+    }
+    if let Some(prior) = &mut prior {
+        prior.scale(chosen.prior);
+        prior.subtract_from(&mut smooth_residual);
+    }
     let linear_settings =
         LinearSettings { share: chosen.share, ridge: chosen.ridge, marker_noise, reach: chosen.reach };
     let fade = match settings.fade {
@@ -127,7 +170,7 @@ pub(crate) fn learn(
         false => Fade::whole(shell.handles.len(), shell.basis.height()),
     };
     progress.step("choice", 1, 1)?;
-    let band = linear_band::linear_band(
+    let mut band = linear_band::linear_band(
         &strains,
         &linear_influences,
         &smooth_residual,
@@ -136,6 +179,10 @@ pub(crate) fn learn(
         &mut shell.basis,
         progress,
     )?;
+
+    if let Some(prior) = &prior {
+        prior.add_to(&linear_influences, &mut shell.basis, &mut band.feature_gains);
+    }
 
     let pose_features = detail::pose_features(&shell.handles, examples);
     let smooth = LearnedBand {
@@ -165,6 +212,7 @@ pub(crate) fn learn(
     let example_vectors = smooth.example_vectors;
     Ok(Steps {
         smooth_residual,
+        of_prior: prior.map(|prior| prior.predicted),
         influences,
         linear_influences,
         example_vectors,
@@ -203,6 +251,16 @@ impl Steps {
         Ok(errors)
     }
 
+    /// Ŵ after the shell alone, V×P in mesh units.
+    pub(crate) fn residual_of_shell(&self) -> Table<[f64; 3]> {
+        let mut residual = self.smooth_residual.clone();
+        if let Some(of_prior) = &self.of_prior {
+            let (to, from) = (residual.as_mut_slice().as_flattened_mut(), of_prior.as_slice());
+            to.iter_mut().zip(from.as_flattened()).for_each(|(to, from)| *to += from);
+        }
+        residual
+    }
+
     /// The learned parts of a rig, except the basis.
     pub(crate) fn finish(self, settings: &LearnedSettings, handles: &HandleSet<f64>) -> Details {
         // At vertices that stay, the residual of the examples fades to less than float32 can tell apart.
@@ -225,6 +283,7 @@ impl Steps {
                 wrinkle_ridge: settings.wrinkle_ridge,
                 marker_noise: self.linear_settings.marker_noise,
                 reach: self.linear_settings.reach,
+                prior_lengths: self.strains.prior_lengths().to_vec(),
                 wrinkle_strains: settings.wrinkle_strains,
                 anchors: anchors.handles,
                 anchor_weights: anchors.weights,
@@ -337,27 +396,31 @@ fn products(of_frame: &[[f64; 3]], of_examples: &Table<[f64; 3]>) -> Table<f64> 
     Table::new(of_frame.len(), of_examples.height(), products)
 }
 
+/// The smoothing of residuals, given the mean rest length.
+fn smoothing_of(shell: &Shell, mean: f64, progress: &dyn Progress) -> Result<Smoothing> {
+    let Shell { surface, handles, parts, pinned, laplacian, .. } = shell;
+    progress.step("smooth", 0, 1)?;
+    let smoothed: Vec<bool> =
+        parts.driven.iter().zip(pinned).map(|(driven, pinned)| *driven && !pinned).collect();
+    let (rest, points) = (&surface.rest, &handles.points);
+    Smoothing::from_surface(rest, laplacian.clone(), points, &smoothed, sigma(mean), progress)
+}
+
 /// Ŵ, V×P: the smooth part of the residual of each example after the shell.
 fn smooth_residual(
     shell: &Shell,
     examples: &[Example],
-    mean: f64,
+    smoothing: Option<&Smoothing>,
     progress: &dyn Progress,
 ) -> Result<Table<[f64; 3]>> {
-    let Shell { surface, handles, parts, pinned, laplacian, .. } = shell;
     progress.step("residual", 0, 1)?;
     let mut residual = residual(shell, examples);
     progress.step("residual", 1, 1)?;
-    progress.step("smooth", 0, 1)?;
-    if !examples.is_empty() {
-        let smoothed: Vec<bool> =
-            parts.driven.iter().zip(pinned).map(|(driven, pinned)| *driven && !pinned).collect();
-        let (rest, points) = (&surface.rest, &handles.points);
-        Smoothing::from_surface(rest, laplacian.clone(), points, &smoothed, sigma(mean), progress)?
-            .apply(&mut residual, progress)?;
+    if let Some(smoothing) = smoothing {
+        smoothing.apply(&mut residual, progress)?;
     }
     // At pinned vertices, which no example moves, the residual is rounding and not to be learned.
-    for (v, _) in pinned.iter().enumerate().filter(|(_, pinned)| **pinned) {
+    for (v, _) in shell.pinned.iter().enumerate().filter(|(_, pinned)| **pinned) {
         residual.row_mut(v).fill([0.0; 3]);
     }
     Ok(residual)

@@ -14,15 +14,16 @@ pub(crate) struct Beyond {
 
 impl Beyond {
     /// Computes how much longer each vector strain of an example is than `reach` times the longest of the
-    /// others, as a vector in its direction.
+    /// others and of the prior's expressions, as a vector in its direction.
     pub(crate) fn new(strains: &VectorStrains, reach: f64) -> Self {
         let limited = if reach.is_finite() { strains.features() } else { 0 };
         let mut of_features = Table::filled(limited as usize, 3 * strains.examples(), 0.0);
         for (e, beyond) in of_features.rows_mut().enumerate() {
             let d = strains.feature(e as u32).as_chunks::<3>().0;
+            let of_prior = strains.prior_lengths().get(e).copied().unwrap_or(0.0);
             let longest = |p: usize| {
                 let others = d.iter().enumerate().filter(|(q, _)| *q != p);
-                others.map(|(_, d)| vec3::length(*d)).fold(0.0, f64::max)
+                others.map(|(_, d)| vec3::length(*d)).fold(of_prior, f64::max)
             };
             for (p, (d, beyond)) in d.iter().zip(beyond.as_chunks_mut::<3>().0).enumerate() {
                 *beyond = vec3::sub(*d, limited_to(*d, reach * longest(p)));

@@ -78,6 +78,7 @@ fn face(case: &Case) -> Face {
                 mirror: false,
             })
             .collect(),
+        prior: None,
         settings: Settings {
             bending_length: Some(case.bending_length),
             strain_edges: StrainEdges::Given(

@@ -1,5 +1,6 @@
 //! Vector strains: the relative movements of the handles in the examples.
 use rhytid_core::{HandleId, Table};
+use rhytid_kernels::vec3;
 
 /// The features of the examples and of the noise.
 ///
@@ -16,6 +17,8 @@ pub(crate) struct VectorStrains {
     /// L in mesh units.
     mean: f64,
     examples: usize,
+    /// The greatest length of each feature in the expressions of a prior, F + H; empty without a prior.
+    prior_lengths: Vec<f64>,
 }
 
 impl VectorStrains {
@@ -46,7 +49,25 @@ impl VectorStrains {
             rest_lengths: rest_lengths.to_vec(),
             mean,
             examples: displacements.len(),
+            prior_lengths: Vec::new(),
         }
+    }
+
+    /// The same for a face with a prior, given the vector strains of the prior's expressions.
+    pub(crate) fn with_prior(self, prior: &Self) -> Self {
+        Self { prior_lengths: prior.longest(), ..self }
+    }
+
+    /// The greatest length of each feature in the examples, F + H.
+    fn longest(&self) -> Vec<f64> {
+        let of_feature =
+            |d: &[f64]| d.as_chunks::<3>().0.iter().map(|d| vec3::length(*d)).fold(0.0, f64::max);
+        self.of_examples.rows().map(of_feature).collect()
+    }
+
+    /// The greatest length of each feature in the expressions of a prior, F + H. Empty without a prior.
+    pub(crate) fn prior_lengths(&self) -> &[f64] {
+        &self.prior_lengths
     }
 
     /// P.

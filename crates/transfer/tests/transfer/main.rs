@@ -1,5 +1,6 @@
 //! Transfers between faces whose answers are known, and between real heads.
 mod mistakes;
+mod prior;
 mod proportions;
 mod real_heads;
 mod remesh;

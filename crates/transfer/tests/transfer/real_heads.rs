@@ -18,6 +18,7 @@ fn makehuman(shared: &Path) -> Face {
         up_axis: UpAxis::Y,
         handles: Handles::default(),
         examples: Vec::new(),
+        prior: None,
         settings: SolveSettings::default(),
     };
     let raw = raw_take::read(&shared.join("data/takes/rom_3_raw.c3d"), None).unwrap();

@@ -34,6 +34,7 @@ pub(crate) fn face(shared: &Path, name: &str) -> Face {
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
         handles: tables::read_handles(&shared.join("data/markers.csv")).unwrap(),
+        prior: None,
         settings: Settings::default(),
     }
 }

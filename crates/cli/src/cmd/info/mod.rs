@@ -154,7 +154,7 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
             setup.clean_up()?;
             Content::Setup(SetupInfo { keys: setup_keys(path)? })
         }
-        "toml" => Content::Project(ProjectInfo::from_face(rhytid::formats::project::read(path, reach)?)),
+        "toml" => Content::Project(ProjectInfo::read(path, reach)?),
         _ => {
             return Err(Error::unsupported_format(format!(
                 "{}: expected a mesh (.obj, .ply, .glb, .gltf), an animation (.usd, .usda, .usdc, .usdz, .glb, .gltf), a rig \

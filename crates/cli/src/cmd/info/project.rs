@@ -1,10 +1,33 @@
 //! `rhytid info` of a project file.
 
 use super::shape::{Shape, list, row, up};
-use rhytid::Face;
 use rhytid::core::human;
 use rhytid::core::{Bind, Method, StrainEdges, UpAxis};
+use rhytid::formats::{Reach, project};
+use rhytid::{Face, Result};
 use serde::Serialize;
+use std::path::{Path, PathBuf};
+
+/// The expressions of another face.
+#[derive(Serialize)]
+struct PriorInfo {
+    from: PathBuf,
+    /// Null for a rig.
+    expressions: Option<usize>,
+    /// Null where the solve chooses it.
+    weight: Option<f64>,
+}
+
+impl PriorInfo {
+    fn text(&self) -> String {
+        let expressions = match self.expressions {
+            Some(expressions) => format!(", {}", human::counted(expressions, "expression")),
+            None => ", a rig".to_owned(),
+        };
+        let weight = self.weight.map_or_else(|| "auto".to_owned(), human::number);
+        format!("{}{expressions}, weight {weight}", self.from.display())
+    }
+}
 
 #[derive(Serialize)]
 pub(super) struct ProjectInfo {
@@ -16,6 +39,9 @@ pub(super) struct ProjectInfo {
     handles: usize,
     labels: Vec<String>,
     examples: Vec<String>,
+    /// Absent without a prior.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    prior: Option<PriorInfo>,
     method: &'static str,
     /// Null where it is derived from the spacing of the handles.
     bending_length: Option<f64>,
@@ -27,8 +53,24 @@ pub(super) struct ProjectInfo {
 }
 
 impl ProjectInfo {
-    pub(super) fn from_face(face: Face) -> Self {
+    /// Of a project file and all that it names. A prior that is a rig is named alone.
+    ///
+    /// # Errors
+    /// As reading it.
+    pub(super) fn read(path: &Path, reach: Reach) -> Result<Self> {
+        let project = project::read_project(path)?;
+        let face = project::load(&project, path, reach)?;
+        let prior = project.prior.map(|prior| PriorInfo {
+            from: prior.from,
+            expressions: face.prior.as_ref().map(|prior| prior.expressions.len()),
+            weight: prior.weight,
+        });
+        Ok(Self::new(face, prior))
+    }
+
+    fn new(face: Face, prior: Option<PriorInfo>) -> Self {
         Self {
+            prior,
             name: face.name,
             metres_per_unit: face.metres_per_unit,
             up: face.up_axis,
@@ -66,6 +108,7 @@ impl ProjectInfo {
         rows.extend([
             row("handles", list(&self.labels)),
             row("examples", list(&self.examples)),
+            row("prior", self.prior.as_ref().map_or_else(|| "none".to_owned(), PriorInfo::text)),
             row("method", self.method.to_owned()),
             row("bending length", bending_length),
             row("without a handle", self.bind.to_owned()),

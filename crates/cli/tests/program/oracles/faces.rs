@@ -92,6 +92,7 @@ fn make_head(data: &Path) -> Animation {
         metres_per_unit: 0.01,
         up_axis: UpAxis::Y,
         handles: tables::read_handles(&data.join("markers.csv")).unwrap(),
+        prior: None,
         settings: Settings { bending_length: Some(3.0), ..Settings::default() },
         neutral,
     };

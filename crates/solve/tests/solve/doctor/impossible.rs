@@ -184,6 +184,7 @@ prop_compose! {
                 points: handles.into_iter().map(|v| VertexId(v).into()).collect(),
             },
             examples: vec![Example { name: "pose".into(), positions: example, mirror: false }],
+            prior: None,
             settings: Settings {
                 bind: if nearest { Bind::Nearest } else { Bind::Rigid },
                 max_influences: 2,

@@ -1,0 +1,122 @@
+//! The prior of a face: expressions of another neutral with the same vertices and faces.
+use super::load::existing;
+use super::sections::{PriorSection, Project};
+use glam::DVec3;
+use rayon::prelude::*;
+use rhytid_core::{
+    Error, Example, InputErrorKind, Mesh, Prior, Reach, Result, folder_of, named_file, named_folder,
+};
+use rhytid_geometry::registration;
+use rhytid_meshes as mesh;
+use std::path::{Path, PathBuf};
+
+/// The stem of the mesh of a folder that is at rest.
+const NEUTRAL: &str = "neutral";
+
+/// The rig that a project's prior is, as a path from where the program runs. `None` if the prior is no rig.
+///
+/// # Errors
+/// [`Error::Input`] if the file is out of reach or does not exist.
+pub fn prior_rig(project: &Project, path: &Path, reach: Reach) -> Result<Option<PathBuf>> {
+    match &project.prior {
+        Some(prior) if is_rig(&prior.from) => existing(path, &prior.from, "[prior] from", reach).map(Some),
+        _ => Ok(None),
+    }
+}
+
+pub(super) fn is_rig(from: &Path) -> bool {
+    from.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("safetensors"))
+}
+
+/// The files of a prior: its rig, or the meshes of its folder. They need not exist.
+pub(super) fn files(prior: &PriorSection, path: &Path) -> Vec<PathBuf> {
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let from = folder.join(&prior.from);
+    let meshes = if is_rig(&from) { vec![from] } else { meshes_in(&from).unwrap_or_default() };
+    let named = prior.neutral.iter().chain(&prior.landmarks).map(|file| folder.join(file));
+    meshes.into_iter().chain(named).collect()
+}
+
+/// Reads the expressions of a folder and carries them to the face's neutral. `None` if the prior is a rig.
+///
+/// The similarity that takes the other neutral to the face's turns and scales every displacement.
+///
+/// # Errors
+/// [`Error::Input`] if the folder or its neutral is not there, if it has no expression, or if a mesh has other
+/// vertices or faces than the neutral. Otherwise as the readers of meshes.
+pub(super) fn read(
+    section: &PriorSection,
+    path: &Path,
+    neutral: &Mesh,
+    neutral_path: &Path,
+    reach: Reach,
+) -> Result<Option<Prior>> {
+    if is_rig(&section.from) {
+        return Ok(None);
+    }
+    let folder = named_folder(path, &section.from, "[prior] from", reach)?;
+    let found = meshes_in(&folder).map_err(Error::io(&folder))?;
+    let is_neutral = |file: &PathBuf| file.file_stem().is_some_and(|stem| stem.eq_ignore_ascii_case(NEUTRAL));
+    let rest_path = match &section.neutral {
+        Some(file) => existing(path, file, "[prior] neutral", reach)?,
+        None => found.iter().find(|file| is_neutral(file)).cloned().ok_or_else(|| {
+            Error::input(format!(
+                "{}: [prior] from names {}, which has no mesh called {NEUTRAL}; name the face at rest that \
+                 these expressions are of with neutral = FILE",
+                path.display(),
+                folder.display()
+            ))
+            .of_kind(InputErrorKind::NotThere { file: folder.join("neutral.obj") })
+        })?,
+    };
+    let is_rest =
+        |file: &PathBuf| is_neutral(file) || file.canonicalize().ok() == rest_path.canonicalize().ok();
+    let files: Vec<PathBuf> = found.into_iter().filter(|file| !is_rest(file)).collect();
+    if files.is_empty() {
+        return Err(Error::empty(format!(
+            "{}: [prior] from names {}, which has no expression in it; put meshes with the vertices of {} there",
+            path.display(),
+            folder.display(),
+            neutral_path.display()
+        )));
+    }
+    let points =
+        |positions: &[[f64; 3]]| positions.iter().copied().map(DVec3::from_array).collect::<Vec<_>>();
+    let rest = points(&mesh::read_like(neutral, neutral_path, &rest_path)?);
+    let to = points(&neutral.positions);
+    let motion = registration::fit(&rest, &to, &vec![1.0; rest.len()], true).ok_or_else(|| {
+        Error::mismatch(format!(
+            "{}: its vertices are on a line, so it cannot be laid over {}",
+            rest_path.display(),
+            neutral_path.display()
+        ))
+    })?;
+    let expression = |file: &PathBuf| {
+        let within = file.strip_prefix(folder_of(path)).unwrap_or(file);
+        let file = named_file(path, within, "[prior] from", reach)?;
+        let positions = mesh::read_like(neutral, neutral_path, &file)?;
+        let moved = points(&positions).into_iter().zip(&rest).zip(&to);
+        Ok(Example {
+            name: file.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            positions: moved
+                .map(|((x, rest), to)| (*to + motion.rotation * (motion.scale * (x - *rest))).to_array())
+                .collect(),
+            mirror: false,
+        })
+    };
+    // Of several errors, the first in the order of the names is reported.
+    let expressions: Vec<Result<Example>> = files.par_iter().map(expression).collect();
+    let expressions = expressions.into_iter().collect::<Result<_>>()?;
+    Ok(Some(Prior { expressions, weight: section.weight }))
+}
+
+/// The meshes in a folder, in the order of their names.
+fn meshes_in(folder: &Path) -> std::io::Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        files.push(entry?.path());
+    }
+    files.retain(|file| mesh::Format::from_extension(file).is_ok());
+    files.sort();
+    Ok(files)
+}
