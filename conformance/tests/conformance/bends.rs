@@ -191,7 +191,8 @@ fn what_is_rigid_already_is_not_changed_and_markers_are_met() {
 #[test]
 fn a_rig_with_examples_is_not_refined() {
     let mut body = cylinder(1.0);
-    body.face.examples = vec![Example { name: "bent".into(), positions: body.bent.clone(), mirror: false }];
+    body.face.examples =
+        vec![Example { name: "bent".into(), positions: body.bent.clone(), mirror: false, noise: None }];
     let error = Refine::new(&body.rig(true), &NoProgress).err().unwrap().to_string();
     assert!(error.contains("the rig has 1 example"), "{error}");
 }

@@ -98,6 +98,7 @@ fn solve_case(case: &Case) -> Rig<f64> {
                 name: format!("pose {j}"),
                 positions: positions.clone(),
                 mirror: false,
+                noise: None,
             })
             .collect(),
         prior: None,

@@ -51,6 +51,7 @@ fn makehuman(shared: &Path, count: usize) -> Face {
             mirror: false,
             name: path.file_stem().unwrap().to_string_lossy().into_owned(),
             positions: mesh::read_like(&neutral, &neutral_path, path).unwrap(),
+            noise: None,
         })
         .collect();
     assert_eq!(examples.len(), 8);

@@ -8,17 +8,20 @@ use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{Numbers, evaluate, worst_difference};
 use rhytid_core::{
     Animator, Backend, Face, Handles, LearnedSettings, Method, NoProgress, Rig, Settings, Stage,
-    UploadOptions,
+    SurfacePoint, UploadOptions, VertexId,
 };
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
+use std::collections::BTreeSet;
 
-/// The same face with turning handles, without those inside triangles.
+/// The same face with turning handles. Those inside triangles are at the nearest vertex instead, because two
+/// or three handles alone would not tell how the face turns.
 fn turning(mut face: Face) -> Face {
-    let of_labels = face.handles.labels.iter().zip(&face.handles.points);
-    let at_vertices = of_labels.filter(|(_, point)| point.vertex().is_some());
-    let (labels, points) = at_vertices.map(|(label, point)| (label.clone(), *point)).unzip();
-    face.handles = Handles { labels, points };
+    let vertices: BTreeSet<VertexId> = face.handles.points.iter().map(SurfacePoint::nearest_vertex).collect();
+    face.handles = Handles {
+        labels: vertices.iter().map(|v| format!("m{v}")).collect(),
+        points: vertices.into_iter().map(SurfacePoint::from).collect(),
+    };
     face.settings.rotations = true;
     if let Method::Learned(learned) = &mut face.settings.method {
         learned.share = Some(1.0);

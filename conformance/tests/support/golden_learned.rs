@@ -57,7 +57,12 @@ pub(crate) fn face(case: &Value) -> Face {
             points: handles.into_iter().map(|v| VertexId(v).into()).collect(),
         },
         examples: poses
-            .map(|(p, pose)| Example { name: format!("p{p}"), positions: vectors(pose), mirror: false })
+            .map(|(p, pose)| Example {
+                name: format!("p{p}"),
+                positions: vectors(pose),
+                mirror: false,
+                noise: Some(0.0),
+            })
             .collect(),
         prior: None,
         settings: Settings {

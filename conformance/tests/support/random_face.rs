@@ -105,7 +105,7 @@ pub(crate) fn random_face(
                     ]
                 })
                 .collect();
-            Example { name: format!("pose {j}"), positions, mirror: false }
+            Example { name: format!("pose {j}"), positions, mirror: false, noise: Some(0.0) }
         })
         .collect();
     Face {

@@ -20,6 +20,7 @@ pub(crate) fn face(shared: &Path, folder: &str, settings: Settings) -> Face {
             mirror: false,
             name: path.file_stem().unwrap().to_string_lossy().into_owned(),
             positions: mesh::read_like(&neutral, &neutral_path, path).unwrap(),
+            noise: None,
         })
         .collect();
     Face {

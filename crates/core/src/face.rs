@@ -37,6 +37,9 @@ pub struct Example {
     pub positions: Vec<[f64; 3]>,
     /// Whether its mirror image, left and right exchanged, is an example too.
     pub mirror: bool,
+    /// The standard deviation of a vertex's noise per axis, 0 or more, in millimetres. The learned method
+    /// trusts a noisy scan less. `None` takes what the scan shows.
+    pub noise: Option<f64>,
 }
 
 /// Expressions of other faces, in the place of scans that a face does not have.

@@ -61,6 +61,7 @@ pub fn face(vertices: usize) -> Face {
                     [p[0] + d.x, p[1] + d.y, p[2] + d.z]
                 })
                 .collect(),
+            noise: None,
         })
         .collect();
     Face {

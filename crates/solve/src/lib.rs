@@ -41,6 +41,7 @@ mod exposure;
 pub mod influences;
 mod learned;
 mod mirror;
+mod noise;
 mod pins;
 mod placement;
 mod points;
@@ -93,6 +94,8 @@ pub struct TakenPrior {
 pub struct SolveReport {
     /// The motions that were taken out of examples which were not in the neutral's place.
     pub misplaced: Vec<Misplaced>,
+    /// The noise of the examples, P in mesh units: the standard deviation of a vertex per axis.
+    pub noise: Vec<f64>,
     /// The number of pinned vertices.
     pub pins: usize,
     /// The shares, ridges and reaches that were tried, the chosen ones first. Empty with the
@@ -167,8 +170,15 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
     let face = at_rest.as_ref().unwrap_or(face);
     let mut shell = shell(face, progress)?;
     let pins = shell.pinned.iter().filter(|pinned| **pinned).count();
-    let (mut report, mut left_out) =
-        (SolveReport { misplaced: misplaced.unwrap_or_default(), pins, ..SolveReport::default() }, None);
+    let (mut report, mut left_out) = (
+        SolveReport {
+            misplaced: misplaced.unwrap_or_default(),
+            noise: shell.noise.clone(),
+            pins,
+            ..SolveReport::default()
+        },
+        None,
+    );
     let details = match face.settings.method {
         Method::Chapter => chapter(face, &mut shell, progress)?,
         Method::Learned(settings) => {
@@ -239,6 +249,8 @@ pub struct Shell {
     pub topology: Topology,
     /// The parts of the mesh, and whether each has a handle.
     pub parts: DrivenComponents,
+    /// σ_p, P in mesh units: the noise of the examples.
+    pub(crate) noise: Vec<f64>,
     /// V: whether a vertex is pinned.
     pub(crate) pinned: Vec<bool>,
     /// The handle nearest to each vertex.
@@ -300,7 +312,8 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
     };
     let laplacian = laplacian::laplacian(rest, &triangles);
     let spacing = default_bending_length(&rest_lengths).unwrap_or(bending_length);
-    let pinned = pins::pins(face, &cells, spacing);
+    let noise = noise::of_examples(face, &face.examples, &laplacian);
+    let pinned = pins::pins(face, &noise, &cells, spacing);
     let moves: Vec<bool> =
         parts.driven.iter().zip(&pinned).map(|(driven, pinned)| *driven && !pinned).collect();
     let basis = basis::basis(rest, laplacian.clone(), points, &moves, bending_length, progress)?;
@@ -318,7 +331,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
         rest: rest.clone(),
         tangent_neighbors,
     };
-    Ok(Shell { surface, handles, bending_length, basis, topology, parts, pinned, cells, laplacian })
+    Ok(Shell { surface, handles, bending_length, basis, topology, parts, noise, pinned, cells, laplacian })
 }
 
 /// Sections 4, 6 and 7: the chapter's method from the shell on.

@@ -44,7 +44,7 @@ pub(crate) fn with_mirror_images(face: &Face) -> Result<Option<Face>> {
         }
         if differs > SAME * largest {
             let name = format!("{} mirrored", example.name);
-            mirrored.examples.push(Example { name, positions, mirror: false });
+            mirrored.examples.push(Example { name, positions, mirror: false, noise: example.noise });
         }
     }
     Ok(Some(mirrored))
@@ -309,9 +309,9 @@ mod tests {
         face.neutral.faces = faces;
         let raised = rest.iter().map(|[x, y, z]| [*x, *y, z + 1.0]).collect();
         face.examples = vec![
-            Example { name: "smile".into(), positions: smile, mirror: true },
+            Example { name: "smile".into(), positions: smile, mirror: true, noise: None },
             // Its own mirror image.
-            Example { name: "raised".into(), positions: raised, mirror: true },
+            Example { name: "raised".into(), positions: raised, mirror: true, noise: None },
         ];
         let mirrored = with_mirror_images(&face).unwrap().unwrap();
         assert_eq!(mirrored.examples.len(), 3);

@@ -4,9 +4,12 @@ use glam::DVec3;
 use rhytid_core::{Example, Face, Method, SurfacePoint, VertexId};
 use rhytid_geometry::geodesic::Cell;
 
-/// A vertex stays if no example moves it by more than this, in metres. The bound covers the rounding of files
-/// and of scans that were aligned with the neutral.
+/// A vertex stays if no example moves it by more than this, in metres, beside the example's noise. The bound
+/// covers the rounding of files and of scans that were aligned with the neutral.
 const STAYS: f64 = 2e-5;
+
+/// Noise moves one vertex of a thousand by more than so many standard deviations.
+const MOST_NOISE: f64 = 4.0;
 
 /// An example shows a handle if it moves the handle by more than this, in metres.
 const MOVES: f64 = 1e-3;
@@ -18,16 +21,21 @@ const MOVES: f64 = 1e-3;
 /// is nearest along the mesh, so the examples show the handle's effect on its surroundings. Second, that
 /// handle is farther away than `spacing`, the mean rest length of the strain edges, because the markers
 /// decide between them. A handle is never a pin.
-pub(crate) fn pins(face: &Face, cells: &[Option<Cell>], spacing: f64) -> Vec<bool> {
+///
+/// `noise` is σ_p of the examples, P in mesh units.
+pub(crate) fn pins(face: &Face, noise: &[f64], cells: &[Option<Cell>], spacing: f64) -> Vec<bool> {
     let mut pinned = vec![false; cells.len()];
     let auto = face.settings.pins.auto.unwrap_or(matches!(face.settings.method, Method::Learned(_)));
     let expressions = face.prior.iter().flat_map(|prior| &prior.expressions);
-    let shown: Vec<&Example> = face.examples.iter().chain(expressions).collect();
+    // Those of the prior are as good as their own neutral.
+    let examples = face.examples.iter().zip(noise.iter().copied());
+    let shown: Vec<(&Example, f64)> = examples.chain(expressions.map(|e| (e, 0.0))).collect();
     if auto && !shown.is_empty() {
         let moves = |v: usize, most: f64| {
             let rest = DVec3::from_array(face.neutral.positions[v]);
-            let squared = (most / face.metres_per_unit).powi(2);
-            shown.iter().any(|e| DVec3::from_array(e.positions[v]).distance_squared(rest) > squared)
+            let moved = |example: &Example| DVec3::from_array(example.positions[v]).distance(rest);
+            let most = most / face.metres_per_unit;
+            shown.iter().any(|(example, noise)| moved(example) > most + MOST_NOISE * noise)
         };
         let moving: Vec<bool> =
             face.handles.points.iter().map(|point| moves(point.nearest_vertex().index(), MOVES)).collect();

@@ -23,7 +23,7 @@ pub fn face() -> Face {
             labels: ["a", "b", "c", "d", "e"].map(String::from).to_vec(),
             points: [0, 4, 12, 20, 24].map(|v| VertexId(v).into()).to_vec(),
         },
-        examples: vec![Example { name: "smile".into(), positions: smile, mirror: false }],
+        examples: vec![Example { name: "smile".into(), positions: smile, mirror: false, noise: None }],
         prior: None,
         settings: Settings::default(),
     }

@@ -110,7 +110,7 @@ impl Maker<'_> {
                     positions[v.index()] = (DVec3::from_array(to_rest[v.index()]) + moved).to_array();
                 }
             }
-            Example { name: p.to_string(), positions, mirror: false }
+            Example { name: p.to_string(), positions, mirror: false, noise: None }
         });
         let mut face = Face { handles: held, examples: provisional.collect(), ..self.to.clone() };
         if face.handles.len() < handles.len() {
@@ -187,7 +187,7 @@ impl Maker<'_> {
                 false => (to_rest[v] + *u + DVec3::from_array(left.row(v)[p])).to_array(),
             };
             let positions = moved.iter().enumerate().map(at).collect();
-            Example { name: self.from.examples().names[p].clone(), positions, mirror: false }
+            Example { name: self.from.examples().names[p].clone(), positions, mirror: false, noise: None }
         };
         Ok(shells.into_iter().enumerate().map(example).collect())
     }

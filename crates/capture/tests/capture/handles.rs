@@ -23,6 +23,7 @@ fn face(shared: &Path, name: &str, metres_per_unit: f64) -> Face {
         name: pose.file_stem().unwrap().to_string_lossy().into_owned(),
         positions: mesh::read_like(&neutral, &path, pose).unwrap(),
         mirror: false,
+        noise: None,
     };
     Face {
         name: name.into(),

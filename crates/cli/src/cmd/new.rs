@@ -185,7 +185,7 @@ fn examples(args: &args::New, neutral: &Mesh) -> (Vec<(PathBuf, Example)>, Vec<P
         match mesh::read_like(neutral, &args.neutral, &path) {
             Ok(positions) => {
                 let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-                examples.push((path, Example { name, positions, mirror: false }));
+                examples.push((path, Example { name, positions, mirror: false, noise: None }));
             }
             Err(_) => left_out.push(path),
         }

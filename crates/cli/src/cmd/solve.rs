@@ -109,6 +109,8 @@ struct ScanSummary<'a> {
     rms_mm: f64,
     worst_mm: f64,
     vertex: usize,
+    /// The standard deviation of a vertex's noise per axis; null for the rest pose.
+    noise_mm: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -140,11 +142,16 @@ impl<'a> Summary<'a> {
     fn new(solved: &'a Solved, written: &'a Path, ui: &Ui) -> Self {
         let rig = &solved.rig;
         let millimetres = 1e3 * rig.surface().metres_per_unit;
+        let noise_of = |example: &str| {
+            let p = rig.examples().names.iter().position(|name| name == example)?;
+            Some(solved.report.noise.get(p)? * millimetres)
+        };
         let scan = |scan: &'a ExampleResiduals| ScanSummary {
             example: scan.example.as_deref(),
             rms_mm: scan.rms * millimetres,
             worst_mm: scan.worst * millimetres,
             vertex: scan.vertex,
+            noise_mm: scan.example.as_deref().and_then(noise_of),
         };
         let candidate = |candidate: &Candidate| CandidateSummary {
             share: candidate.share,
@@ -236,6 +243,13 @@ fn quality(solved: &Solved) -> Vec<String> {
         lines.push(format!(
             "without its scan an example would differ by about {} mm RMS over the skin, wrinkles apart",
             short(millimetres * error)
+        ));
+    }
+    let noise = solved.report.noise.iter().zip(&solved.rig.examples().names);
+    if let Some((most, noisiest)) = noise.max_by(|a, b| a.0.total_cmp(b.0)).filter(|(most, _)| **most > 0.0) {
+        lines.push(format!(
+            "the scans have noise, which is not learned: up to {} mm per axis ({noisiest})",
+            short(millimetres * most)
         ));
     }
     if let Some(TakenPrior { expressions, weight }) = solved.report.prior {

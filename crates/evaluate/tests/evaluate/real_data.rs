@@ -1,4 +1,5 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
+use rhytid_conformance::Numbers;
 use rhytid_core::{
     DeviceInfo, Example, Face, Handles, LearnedSettings, Mesh, Method, NoProgress, Settings, SurfacePoint,
     Take, UpAxis, VertexId,
@@ -8,7 +9,7 @@ use rhytid_evaluate::coverage::{coverage, take_sigma};
 use rhytid_evaluate::{Comparison, LeaveOneOut, Regions, Truth, evaluate};
 use rhytid_formats::sequence::Sequence;
 use rhytid_formats::{mesh, tables, take};
-use rhytid_solve::solve;
+use rhytid_solve::{solve, solve_in_full};
 use rhytid_test_support::shared;
 use std::path::Path;
 
@@ -40,6 +41,7 @@ fn with_poses(mut face: Face, folder: &Path) -> Face {
             name: path.file_stem().unwrap().to_string_lossy().into_owned(),
             positions: mesh::read_like(&face.neutral, &folder.join("neutral.obj"), path).unwrap(),
             mirror: false,
+            noise: None,
         })
         .collect();
     face
@@ -57,6 +59,40 @@ fn clean_take(shared: &Path, face: &Face) -> Take {
 
 fn comparison<'a>(comparisons: &'a [Comparison], method: &str) -> &'a Comparison {
     comparisons.iter().find(|comparison| comparison.method == method).unwrap()
+}
+
+#[test]
+fn noisy_scans_are_trusted_less() {
+    let Some(shared) = shared("") else { return };
+    let folder = shared.join("data/face");
+    let handles = tables::read_handles(&shared.join("data/markers.csv")).unwrap();
+    let mut face = with_poses(bare(&folder, handles, 0.01), &folder);
+    // Every second scan has 0.3 mm of noise per axis.
+    let mut numbers = Numbers::new(5);
+    for example in face.examples.iter_mut().step_by(2) {
+        for x in example.positions.as_flattened_mut() {
+            // The sum of twelve uniform numbers is nearly normal, with a variance of 1.
+            *x += 0.03 * ((0..12).map(|_| numbers.unit()).sum::<f64>() - 6.0);
+        }
+    }
+    let error = |face: &Face| {
+        let take = clean_take(&shared, face);
+        let frames = tables::read_frames(&shared.join("data/truth/rom_3_frames.csv"), take.frames()).unwrap();
+        let truth = Truth::new(sequence(&shared, face), Some(frames), take).unwrap();
+        let given = |rig: &_| Ok((Regions::by_handles(rig), Some(truth)));
+        let (_, found, _) = evaluate(face, given, &device(), &NoProgress).unwrap();
+        comparison(&found.truth.unwrap(), "learned").errors.rms_mm
+    };
+    let found = solve_in_full(&face, false, &NoProgress).unwrap().report.noise;
+    for (p, noise) in found.iter().enumerate() {
+        let expected = if p % 2 == 0 { 0.3 } else { 0.0 };
+        assert!((10.0 * noise - expected).abs() < 0.03, "{p}: {noise}");
+    }
+    let trusted_less = error(&face);
+    face.examples.iter_mut().for_each(|example| example.noise = Some(0.0));
+    let trusted = error(&face);
+    println!("{trusted_less:.3} mm, and {trusted:.3} with all scans trusted alike");
+    assert!(trusted_less < 0.92 * trusted, "{trusted_less} {trusted}");
 }
 
 #[test]
@@ -139,7 +175,7 @@ fn scans_that_markers_alone_choose_are_good_ones() {
     for &place in &chosen {
         meshes.positions(place, &mut positions).unwrap();
         let positions = positions.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect();
-        face.examples.push(Example { name: place.to_string(), positions, mirror: false });
+        face.examples.push(Example { name: place.to_string(), positions, mirror: false, noise: None });
     }
     // The other 94, as the array of an npy file has them.
     let others: Vec<usize> = (0..candidates.len()).filter(|place| !chosen.contains(place)).collect();

@@ -22,6 +22,7 @@ vertices = "markers.csv"
 [[example]]
 name = "frown"
 mesh = "poses/frown.obj"
+noise = 0.15
 normal_map = "frown.png"
 green = "down"
 strength = 0.5
@@ -66,6 +67,7 @@ fn full() -> Project {
         name: name.into(),
         mesh: mesh.into(),
         mirror: name == "smile",
+        noise: (name == "frown").then_some(0.15),
         take: (name == "smile").then(|| "ada.csv".into()),
         frame: (name == "smile").then_some(120),
         displacement: (name == "smile").then(|| "smile.png".into()),
@@ -145,7 +147,7 @@ fn the_former_names_of_keys_are_understood() {
     assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
     let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
     let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
-    let words = "line 45: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    let words = "line 46: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
     assert!(found.sentence().contains(words), "{found}");
 }
 

@@ -74,7 +74,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             positions =
                 sculpted::with_normal_map(&neutral, &neutral_path, positions, &map, example.green, strength)?;
         }
-        Ok(Example { name: example.name.clone(), positions, mirror: example.mirror })
+        Ok(Example { name: example.name.clone(), positions, mirror: example.mirror, noise: example.noise })
     };
     // Of several errors, the first in the order of the file is reported.
     let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();

@@ -179,6 +179,7 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             "name",
             "mesh",
             "mirror",
+            "noise",
             "take",
             "frame",
             "displacement",
@@ -213,6 +214,16 @@ fn example_name<'a>(section: &Section<'a>) -> Result<&'a str> {
 fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
     let mesh = section.path("mesh", "the file of the example's mesh")?;
     let mirror = section.truth("mirror")?.unwrap_or(false);
+    let millimetres_of_noise = "millimetres, a number from 0 to 1000";
+    let noise = match section.get("noise") {
+        None => None,
+        Some(value) => Some(
+            section
+                .number("noise")
+                .filter(|noise| (0.0..=LearnedSettings::LARGEST_NOISE).contains(noise))
+                .ok_or_else(|| section.wrong("noise", &found(value), millimetres_of_noise))?,
+        ),
+    };
     let take = file(section, "take", "the take's CSV that the mesh is a frame of")?;
     let displacement = file(section, "displacement", "a displacement map, a PNG")?;
     let normal_map = file(section, "normal_map", "a tangent-space normal map, a PNG")?;
@@ -244,6 +255,7 @@ fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
         name: name.to_owned(),
         mesh,
         mirror,
+        noise,
         take,
         frame,
         displacement,

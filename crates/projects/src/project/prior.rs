@@ -42,8 +42,8 @@ pub(super) fn files(prior: &PriorSection, path: &Path) -> Vec<PathBuf> {
 /// The similarity that takes the other neutral to the face's turns and scales every displacement.
 ///
 /// # Errors
-/// [`Error::Input`] if the folder or its neutral is not there, if it has no expression, or if a mesh has other
-/// vertices or faces than the neutral. Otherwise as the readers of meshes.
+/// [`Error::Input`] if the folder or its neutral is not there, if it has no expression, or if a mesh has
+/// other vertices or faces than the neutral. Otherwise as the readers of meshes.
 pub(super) fn read(
     section: &PriorSection,
     path: &Path,
@@ -102,6 +102,7 @@ pub(super) fn read(
                 .map(|((x, rest), to)| (*to + motion.rotation * (motion.scale * (x - *rest))).to_array())
                 .collect(),
             mirror: false,
+            noise: None,
         })
     };
     // Of several errors, the first in the order of the names is reported.

@@ -67,6 +67,9 @@ pub struct ExampleSection {
     /// Whether its mirror image is an example too.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mirror: bool,
+    /// The standard deviation of a vertex's noise per axis in millimetres; `None` takes what the scan shows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<f64>,
     /// A take's CSV in the neutral's space. The mesh is a sculpted frame of this take, and its handles are
     /// where the take has them.
     #[serde(skip_serializing_if = "Option::is_none")]

@@ -167,7 +167,9 @@ fn faulty_examples(face: &Face) -> Vec<Finding> {
     let mut found = Vec::new();
     let expressions = face.prior.iter().flat_map(|prior| &prior.expressions);
     let meshes = face.examples.iter().map(|example| ("example", example));
-    for (what, Example { name, positions, .. }) in meshes.chain(expressions.map(|e| ("the prior's", e))) {
+    for (what, Example { name, positions, noise, .. }) in
+        meshes.chain(expressions.map(|e| ("the prior's", e)))
+    {
         if positions.len() != vertices {
             found.push(error(
                 "example",
@@ -181,6 +183,13 @@ fn faulty_examples(face: &Face) -> Vec<Finding> {
             found.push(error(
                 "not-finite",
                 format!("vertex {v} of {what} {name} is at {:?}, expected finite numbers", positions[v]),
+            ));
+        }
+        let is_right = |noise: &f64| (0.0..=LearnedSettings::LARGEST_NOISE).contains(noise);
+        if let Some(noise) = noise.filter(|noise| !is_right(noise)) {
+            found.push(error(
+                "settings",
+                format!("the noise of {what} {name} is {noise}, expected millimetres, from 0 to 1000"),
             ));
         }
     }

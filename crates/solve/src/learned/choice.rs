@@ -32,7 +32,7 @@ const REACH_OF_FEW: f64 = 1.0;
 const AS_GOOD: f64 = 0.1;
 
 /// The number of vertices in the sample.
-const SAMPLES: usize = 1024;
+pub(super) const SAMPLES: usize = 1024;
 
 /// A choice of s, λ and the reach, with its error.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -80,10 +80,9 @@ struct Square {
 }
 
 impl Square {
-    /// The square of `error − w of_prior`, times `scale`.
-    fn new(error: &[f64], of_prior: &[f64], scale: f64) -> Self {
-        let (common, prior) = (scale * dot(error, of_prior), scale * dot(of_prior, of_prior));
-        Self { error: scale * dot(error, error), common, prior }
+    /// The square of `error − w of_prior`.
+    fn new(error: &[f64], of_prior: &[f64]) -> Self {
+        Self { error: dot(error, error), common: dot(error, of_prior), prior: dot(of_prior, of_prior) }
     }
 
     fn add(&mut self, other: Self) {
@@ -127,13 +126,15 @@ impl Squares {
 #[derive(Clone)]
 struct Side {
     z: Vec<f64>,
+    /// What the band leaves of it, 3P.
+    left: Vec<f64>,
     /// The errors of left-out examples, P.
     errors: Vec<[f64; 3]>,
 }
 
 impl Side {
     fn new(examples: usize) -> Self {
-        Self { z: vec![0.0; 3 * examples], errors: vec![[0.0; 3]; examples] }
+        Self { z: vec![0.0; 3 * examples], left: vec![0.0; 3 * examples], errors: vec![[0.0; 3]; examples] }
     }
 }
 
@@ -204,15 +205,15 @@ pub(crate) fn choose(
                     let mut is_solved = false;
                     for (side, row) in sides.iter_mut().zip(rows.iter().flatten()) {
                         is_solved = system.solve(settings, row.as_flattened(), &mut side.z)?;
-                        if !is_solved {
-                            side.z.copy_from_slice(row.as_flattened());
+                        match is_solved {
+                            true => system.left(settings, &side.z, &mut side.left),
+                            false => side.left.copy_from_slice(row.as_flattened()),
                         }
                     }
-                    let scale = if is_solved { system.diagonal(settings).powi(2) } else { 1.0 };
                     let [first, others @ ..] = &mut sides[..] else { continue };
                     let mut other = others.first_mut();
-                    let of_prior = other.as_deref().map_or(&[][..], |side| &side.z);
-                    let misfit = Square::new(&first.z, of_prior, scale);
+                    let of_prior = other.as_deref().map_or(&[][..], |side| &side.left);
+                    let misfit = Square::new(&first.left, of_prior);
                     for of_vertex in &*of_vertex {
                         let sides = std::iter::once(&mut *first).chain(other.as_deref_mut());
                         for (side, row) in sides.zip(rows.iter().flatten()) {
@@ -222,7 +223,7 @@ pub(crate) fn choose(
                             }
                         }
                         let of_prior = other.as_deref().map_or(&[][..], |side| side.errors.as_flattened());
-                        let left_out = Square::new(first.errors.as_flattened(), of_prior, 1.0);
+                        let left_out = Square::new(first.errors.as_flattened(), of_prior);
                         squares.push(Squares { left_out, misfit });
                     }
                 }

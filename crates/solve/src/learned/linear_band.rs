@@ -41,6 +41,8 @@ pub(crate) struct VertexSystem {
     kappa: Vec<f64>,
     trace: f64,
     noise: f64,
+    /// ρ_p, P.
+    noise_ridges: Vec<f64>,
     vectors: Arch,
 }
 
@@ -59,6 +61,7 @@ impl VertexSystem {
             kappa: vec![0.0; examples * examples],
             trace: 0.0,
             noise: 0.0,
+            noise_ridges: vec![0.0; examples],
             vectors: Arch::new(),
         }
     }
@@ -69,6 +72,7 @@ impl VertexSystem {
         let size = self.size;
         self.kernel.fill(0.0);
         self.noise = 0.0;
+        self.noise_ridges.copy_from_slice(strains.noise_ridges());
         let Self { kernel, noise, vectors, .. } = self;
         vectors.dispatch(
             #[inline(always)]
@@ -96,7 +100,7 @@ impl VertexSystem {
         }
     }
 
-    /// Solves `(((1−s) K1 + s K3)/τ + (λ + n/τ) I) z = Ŵ`, where `smooth` is Ŵ, 3P.
+    /// Solves `(((1−s) K1 + s K3)/τ + diag(λ + n/τ + ρ_p)) z = Ŵ`, where `smooth` is Ŵ, 3P.
     ///
     /// Where no example moves the features of the vertex, z is 0 and the result is false. After this,
     /// [`VertexSystem::leave_one_out`] can be called.
@@ -130,7 +134,7 @@ impl VertexSystem {
                 let shared = if i % 3 == j % 3 { self.kappa[i / 3 * examples + j / 3] } else { 0.0 };
                 self.factor[(i, j)] = ((1.0 - s) * self.kernel[(i, j)] + s * shared) / tau;
             }
-            self.factor[(j, j)] += diagonal;
+            self.factor[(j, j)] += diagonal + self.noise_ridges[j / 3];
         }
         llt::factor::cholesky_in_place(
             self.factor.as_mut(),
@@ -143,8 +147,16 @@ impl VertexSystem {
         Ok(true)
     }
 
-    /// λ + n/τ. This times z is what the band leaves of Ŵ.
-    pub(crate) fn diagonal(&self, settings: LinearSettings) -> f64 {
+    /// What the band leaves of Ŵ: `(λ + n/τ + ρ_p) z`.
+    pub(crate) fn left(&self, settings: LinearSettings, z: &[f64], left: &mut [f64]) {
+        let diagonal = self.diagonal(settings);
+        for (i, (left, z)) in left.iter_mut().zip(z).enumerate() {
+            *left = (diagonal + self.noise_ridges[i / 3]) * z;
+        }
+    }
+
+    /// λ + n/τ.
+    fn diagonal(&self, settings: LinearSettings) -> f64 {
         settings.ridge + settings.marker_noise.powi(2) * self.noise / self.tau()
     }
 

@@ -23,6 +23,7 @@ use crate::Details;
 use crate::Shell;
 use crate::bind::bind_nearest;
 use crate::detail;
+use crate::noise;
 pub use choice::Candidate;
 use choice::OfPrior;
 pub use confidence::{Confidence, EXTRAPOLATION};
@@ -144,6 +145,10 @@ pub(crate) fn learn(
     };
     progress.step("choice", 0, 1)?;
     let area = skin_area(shell);
+    if let Some(smoothing) = smoothing.as_ref().filter(|_| shell.noise.iter().any(|sigma| *sigma > 0.0)) {
+        let ridges = noise_ridges(shell, &smooth_residual, smoothing, &area, progress)?;
+        strains = strains.with_noise(ridges);
+    }
     let choose = |strains: &VectorStrains, prior: Option<OfPrior>| {
         choice::choose(strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise, prior)
     };
@@ -204,6 +209,7 @@ pub(crate) fn learn(
                 &influences,
                 &detail,
                 settings.wrinkle_ridge,
+                &shell.noise,
                 progress,
             )?;
             (detail, wrinkles)
@@ -353,7 +359,17 @@ impl LearnedBand<'_> {
         progress.step("detail", 1, 1)?;
         let edges = shell.handles.strain_edges.len() as u32;
         let c = &self.band.example_weights;
-        wrinkles::vector_wrinkles(self.strains, self.influences, edges, &left, c, wrinkle_ridge, progress)
+        let noise = &shell.noise;
+        wrinkles::vector_wrinkles(
+            self.strains,
+            self.influences,
+            edges,
+            &left,
+            c,
+            wrinkle_ridge,
+            noise,
+            progress,
+        )
     }
 
     /// d, P×V: the residual after the shell and the band, in the tangent frames of their surface.
@@ -424,6 +440,34 @@ fn smooth_residual(
         residual.row_mut(v).fill([0.0; 3]);
     }
     Ok(residual)
+}
+
+/// ρ_p of the linear band: what the noise of each example adds to its ridge, P.
+///
+/// It is r σ_p²/s². s² is the variance of Ŵ on the skin, per axis and without noise. r is the part of the
+/// variance of a vertex's noise that is left in Ŵ, after the shell that follows noisy handles and the
+/// smoothing. It is measured on noise of variance 1.
+fn noise_ridges(
+    shell: &Shell,
+    smooth: &Table<[f64; 3]>,
+    smoothing: &Smoothing,
+    area: &[f64],
+    progress: &dyn Progress,
+) -> Result<Vec<f64>> {
+    let at = |(v, rest): (usize, &[f64; 3])| [0, 1, 2].map(|c| rest[c] + noise::white(3 * v + c));
+    let positions = shell.surface.rest.iter().enumerate().map(at).collect();
+    let noisy = Example { name: String::new(), positions, mirror: false, noise: None };
+    let of_noise = smooth_residual(shell, &[noisy], Some(smoothing), progress)?;
+    let sample = choice::sample(area, choice::SAMPLES);
+    let variance = |field: &Table<[f64; 3]>| {
+        let squares = sample.iter().flat_map(|&v| field.row(v)).map(|w| vec3::dot(*w, *w));
+        squares.sum::<f64>() / (3 * sample.len() * field.columns()).max(1) as f64
+    };
+    let squares: Vec<f64> = shell.noise.iter().map(|sigma| variance(&of_noise) * sigma * sigma).collect();
+    let mean = squares.iter().sum::<f64>() / squares.len() as f64;
+    let of_face = (variance(smooth) - mean).max(noise::LEAST_VARIANCE * mean);
+    // Where there is no skin, there is nothing to learn.
+    Ok(squares.iter().map(|square| if of_face > 0.0 { square / of_face } else { 0.0 }).collect())
 }
 
 /// The areas by which s, λ and the reach are chosen, V: 0 at handles and off the skin. Eyes and teeth have

@@ -25,10 +25,11 @@ impl PriorBand {
     /// Learns from the smooth residual of the expressions after the shell, Ŵ (V×G in mesh units).
     ///
     /// The three axes move alike. So the kernel is K1 of the linear band, and the gains of a vertex are
-    /// `g = √ω ĝ` with `(ΦᵀΦ + τ(λ + n/τ) I) ĝ = Φᵀ Ŵ` and `Φ_(pc),e = √ω_e D_pec`. This system is as large as
-    /// the features of a vertex are many, whatever the number of expressions is.
+    /// `g = √ω ĝ` with `(ΦᵀΦ + τ(λ + n/τ) I) ĝ = Φᵀ Ŵ` and `Φ_(pc),e = √ω_e D_pec`. This system is as large
+    /// as the features of a vertex are many, whatever the number of expressions is.
     ///
-    /// `of_examples` are the vector strains of the face's own examples, and `marker_noise` is σ_m in mesh units.
+    /// `of_examples` are the vector strains of the face's own examples, and `marker_noise` is σ_m in mesh
+    /// units.
     ///
     /// # Errors
     /// [`Error::Internal`] if a system has no solution in floating point.

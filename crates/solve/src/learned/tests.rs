@@ -76,6 +76,7 @@ fn face(case: &Case) -> Face {
                 name: format!("p{p}"),
                 positions: positions.clone(),
                 mirror: false,
+                noise: Some(0.0),
             })
             .collect(),
         prior: None,

@@ -19,6 +19,8 @@ pub(crate) struct VectorStrains {
     examples: usize,
     /// The greatest length of each feature in the expressions of a prior, F + H; empty without a prior.
     prior_lengths: Vec<f64>,
+    /// ρ_p: what the noise of an example adds to its ridge, P.
+    noise_ridges: Vec<f64>,
 }
 
 impl VectorStrains {
@@ -50,7 +52,18 @@ impl VectorStrains {
             mean,
             examples: displacements.len(),
             prior_lengths: Vec::new(),
+            noise_ridges: vec![0.0; displacements.len()],
         }
+    }
+
+    /// The same for examples whose noise adds ρ_p to their ridges, P.
+    pub(crate) fn with_noise(self, noise_ridges: Vec<f64>) -> Self {
+        Self { noise_ridges, ..self }
+    }
+
+    /// ρ_p: what the noise of each example adds to its ridge, P.
+    pub(crate) fn noise_ridges(&self) -> &[f64] {
+        &self.noise_ridges
     }
 
     /// The same for a face with a prior, given the vector strains of the prior's expressions.

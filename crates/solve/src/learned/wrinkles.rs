@@ -2,6 +2,7 @@
 //! vector strains or strain lengths.
 use super::neighborhoods::{EdgeInfluences, LinearInfluences};
 use super::vector_strains::VectorStrains;
+use crate::noise::LEAST_VARIANCE;
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result, StrainEdgeId, Table};
@@ -19,7 +20,8 @@ pub(crate) struct Wrinkles {
 
 /// The wrinkles of strain lengths, as in the chapter. The distances are ‖f_p‖ and ‖f_p − f_q‖.
 ///
-/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `wrinkle_ridge` is μ > 0.
+/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `wrinkle_ridge` is μ > 0. `noise` is
+/// σ_p, P in mesh units.
 ///
 /// # Errors
 /// [`Error::Internal`] if a matrix is not positive definite, which μ > 0 excludes. [`Error::Cancelled`].
@@ -28,10 +30,12 @@ pub(crate) fn length_wrinkles(
     influences: &EdgeInfluences,
     detail: &Table<[f64; 3]>,
     wrinkle_ridge: f64,
+    noise: &[f64],
     progress: &dyn Progress,
 ) -> Result<Wrinkles> {
     let f = |j: usize| pose_features.row(j);
-    let systems = Systems { vertices: influences.edges.height(), examples: detail.height(), wrinkle_ridge };
+    let systems =
+        Systems { vertices: influences.edges.height(), examples: detail.height(), wrinkle_ridge, noise };
     systems.solve(progress, |v, system| {
         for (d, detail) in system.weights.iter_mut().zip(detail.rows()) {
             *d = DVec3::from_array(detail[v]);
@@ -56,10 +60,11 @@ pub(crate) fn vector_wrinkles(
     left: &Table<[f64; 3]>,
     example_weights: &Table<[f64; 3]>,
     wrinkle_ridge: f64,
+    noise: &[f64],
     progress: &dyn Progress,
 ) -> Result<Wrinkles> {
     let examples = strains.examples();
-    let systems = Systems { vertices: left.height(), examples, wrinkle_ridge };
+    let systems = Systems { vertices: left.height(), examples, wrinkle_ridge, noise };
     systems.solve(progress, |v, system| {
         let terms = influences.at(v);
         system.weights.fill(DVec3::ZERO);
@@ -121,23 +126,29 @@ impl System {
 }
 
 /// The systems of all vertices.
-struct Systems {
+struct Systems<'a> {
     vertices: usize,
     /// P.
     examples: usize,
     /// μ > 0.
     wrinkle_ridge: f64,
+    /// σ_p, P in mesh units.
+    noise: &'a [f64],
 }
 
-impl Systems {
-    /// Solves `(G + μ tr G/P · I) w = d` for each vertex by Cholesky's factorisation. Where d is 0, or the
-    /// examples are [`STILL`], w is 0. `assemble` puts d and G of a vertex into the system.
+impl Systems<'_> {
+    /// Solves `(G + tr G/P · diag(μ + ρ_p)) w = d` for each vertex by Cholesky's factorisation. Where d is 0,
+    /// or the examples are [`STILL`], w is 0. `assemble` puts d and G of a vertex into the system.
+    ///
+    /// ρ_p is what the noise of an example adds: σ_p² as a part of the variance of d without noise. Where d
+    /// is no larger than noise, w is nearly 0.
     fn solve(
         &self,
         progress: &dyn Progress,
         assemble: impl Fn(usize, &mut System) + Sync + Send,
     ) -> Result<Wrinkles> {
-        let Self { vertices, examples, wrinkle_ridge } = *self;
+        let Self { vertices, examples, wrinkle_ridge, noise } = *self;
+        let mean_noise = noise.iter().map(|sigma| sigma * sigma).sum::<f64>() / examples as f64;
         let centers = examples + 1;
         let mut wrinkles = Wrinkles {
             weights: Table::filled(vertices, centers, [0.0; 3]),
@@ -163,8 +174,14 @@ impl Systems {
                 if is_still || system.weights.iter().all(|d| *d == DVec3::ZERO) {
                     return Ok(());
                 }
-                for p in 0..examples {
-                    system.matrix[p * centers] += wrinkle_ridge * trace / examples as f64;
+                let squares = system.weights.iter().map(|d| d.length_squared()).sum::<f64>();
+                let variance = squares / (3 * examples) as f64 - mean_noise;
+                for (p, sigma) in noise.iter().enumerate() {
+                    let of_noise = match sigma * sigma {
+                        0.0 => 0.0,
+                        square => square / variance.max(LEAST_VARIANCE * mean_noise),
+                    };
+                    system.matrix[p * centers] += (wrinkle_ridge + of_noise) * trace / examples as f64;
                 }
                 if !solve(&mut system.matrix, &mut system.weights) {
                     return Err(Error::Internal(format!("the wrinkles of vertex {v} have no solution")));

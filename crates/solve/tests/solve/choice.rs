@@ -18,7 +18,7 @@ fn face(examples: usize, is_alike: bool) -> Face {
             false => [0, 1, 2].map(|c| x[c] + number(97 * p + 3 * v + c)),
         };
         let positions = face.neutral.positions.iter().enumerate().map(moved).collect();
-        Example { name: format!("p{p}"), positions, mirror: false }
+        Example { name: format!("p{p}"), positions, mirror: false, noise: Some(0.0) }
     };
     face.examples = (0..examples).map(example).collect();
     face.settings.align = false;

@@ -27,7 +27,7 @@ fn face(examples: usize, share: f64) -> Face {
         .map(|p| {
             let moved = |(v, x): (usize, &[f64; 3])| [0, 1, 2].map(|c| x[c] + number(97 * p + 3 * v + c));
             let positions = face.neutral.positions.iter().enumerate().map(moved).collect();
-            Example { name: format!("p{p}"), positions, mirror: false }
+            Example { name: format!("p{p}"), positions, mirror: false, noise: Some(0.0) }
         })
         .collect();
     face

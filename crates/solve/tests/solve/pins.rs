@@ -13,7 +13,7 @@ fn wide() -> Face {
     for (v, x) in lifted.iter_mut().enumerate() {
         x[2] += 2.0 * (1.0 - (v % 24) as f64 / 5.0).max(0.0);
     }
-    face.examples = vec![Example { name: "lift".into(), positions: lifted, mirror: false }];
+    face.examples = vec![Example { name: "lift".into(), positions: lifted, mirror: false, noise: None }];
     face
 }
 

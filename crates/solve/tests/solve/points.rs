@@ -95,7 +95,7 @@ fn with_examples(mut face: Face) -> Face {
             [x[0] + 0.4 * a.sin(), x[1] + 0.3 * (a * b).cos(), x[2] + 1.2 * (a + b).sin()]
         };
         let (name, positions) = (format!("pose {p}"), rest.iter().map(wave).collect());
-        face.examples.push(rhytid_core::Example { name, positions, mirror: false });
+        face.examples.push(rhytid_core::Example { name, positions, mirror: false, noise: Some(0.0) });
     }
     face.settings.align = false;
     face
@@ -131,7 +131,12 @@ fn a_corner_that_moves_where_its_handle_hardly_does_has_no_wrinkles() {
     face.handles.points[1] = SurfacePoint::new([14, 15, 27].map(VertexId), [4e-6, 0.7, 0.3 - 4e-6]).unwrap();
     let mut positions = face.neutral.positions.clone();
     positions[14][2] += 1.0;
-    face.examples.push(rhytid_core::Example { name: "bump".into(), positions, mirror: false });
+    face.examples.push(rhytid_core::Example {
+        name: "bump".into(),
+        positions,
+        mirror: false,
+        noise: Some(0.0),
+    });
     face.settings.align = false;
     let rig = solve(&face, &NoProgress).unwrap();
     let weights = rig.fine_scale().rbf_weights.as_slice().as_flattened();

@@ -26,6 +26,7 @@ pub(crate) fn face(shared: &Path, name: &str) -> Face {
         name: pose.file_stem().unwrap().to_string_lossy().into_owned(),
         positions: mesh::read_like(&neutral, &path, &pose).unwrap(),
         mirror: false,
+        noise: None,
     };
     Face {
         name: name.into(),

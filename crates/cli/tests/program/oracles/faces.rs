@@ -85,6 +85,7 @@ fn make_head(data: &Path) -> Animation {
         mirror: false,
         positions: mesh::read_like(&neutral, &neutral_path, &data.join("head/poses").join(&name)).unwrap(),
         name,
+        noise: None,
     });
     let face = Face {
         name: "head".into(),

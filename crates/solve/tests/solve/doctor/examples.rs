@@ -23,7 +23,7 @@ fn examples_that_move_no_handle() {
         f.settings.method = Method::Chapter;
         let mut positions = f.neutral.positions.clone();
         positions[17][2] += 0.6;
-        f.examples.push(Example { name: "twitch".into(), positions, mirror: false });
+        f.examples.push(Example { name: "twitch".into(), positions, mirror: false, noise: None });
     });
     let words = ["example twitch moves no handle", "lost or shows at rest too"];
     finds(&face, Severity::Warning, "example-at-rest", &words);
@@ -51,7 +51,7 @@ fn vertices_in_another_order() {
     add_sheet(&mut mesh, 15, 15, [0.0; 3]);
     // The same surface with its vertices in the order of another export.
     let shuffled = (0..225).map(|v| mesh.positions[(67 * v) % 225]).collect();
-    let examples = vec![Example { name: "smile".into(), positions: shuffled, mirror: false }];
+    let examples = vec![Example { name: "smile".into(), positions: shuffled, mirror: false, noise: None }];
     let face = Face { neutral: mesh, examples, ..face() };
     let report = examine(&face);
     let found =

@@ -1,7 +1,7 @@
 //! Faces that cannot be solved and are refused.
 
 use super::*;
-use rhytid_core::{Faces, HandleId, VertexId};
+use rhytid_core::{Faces, HandleId, Prior, VertexId};
 
 /// Asserts that `change` makes the solve impossible, with exactly this error. `solve` gives it in the same
 /// words.
@@ -102,6 +102,28 @@ fn settings_that_cannot_be() {
         refuses("settings", &[&format!("a unit is {unit} metres")], |f| f.metres_per_unit = unit);
     }
     refuses("settings", &["max_influences is 0"], |f| f.settings.max_influences = 0);
+    for noise in [-1.0, f64::NAN, 1e4] {
+        let words = format!("the noise of example smile is {noise}, expected millimetres");
+        refuses("settings", &[&words], |f| f.examples[0].noise = Some(noise));
+    }
+}
+
+#[test]
+fn priors_that_cannot_be() {
+    let prior = |f: &Face, weight| Some(Prior { expressions: f.examples.clone(), weight });
+    refuses("prior", &["the prior's weight is 1.5, expected 0 to 1"], |f| f.prior = prior(f, Some(1.5)));
+    refuses("prior", &["the chapter's method learns nothing from a prior"], |f| {
+        f.prior = prior(f, None);
+        f.settings.method = Method::Chapter;
+    });
+    refuses("prior", &["rotations do not go with a prior"], |f| {
+        f.prior = prior(f, None);
+        f.settings.rotations = true;
+    });
+    refuses("example", &["the prior's smile has 24 vertices"], |f| {
+        f.prior = prior(f, None);
+        f.prior.as_mut().unwrap().expressions[0].positions.pop();
+    });
 }
 
 #[test]
@@ -174,6 +196,7 @@ prop_compose! {
         for (p, by) in example.iter_mut().zip(moved) {
             (0..3).for_each(|c| p[c] += 0.3 * f64::from(by[c]));
         }
+        let pose = Example { name: "pose".into(), positions: example, mirror: false, noise: None };
         Face {
             name: "any".into(),
             neutral: Mesh { positions, faces, ..Mesh::default() },
@@ -183,8 +206,8 @@ prop_compose! {
                 labels: (0..handles.len()).map(|h| h.to_string()).collect(),
                 points: handles.into_iter().map(|v| VertexId(v).into()).collect(),
             },
-            examples: vec![Example { name: "pose".into(), positions: example, mirror: false }],
-            prior: None,
+            prior: nearest.then(|| Prior { expressions: vec![pose.clone()], weight: None }),
+            examples: vec![pose],
             settings: Settings {
                 bind: if nearest { Bind::Nearest } else { Bind::Rigid },
                 max_influences: 2,
