@@ -14,6 +14,12 @@ use rhytid::playback::{self, CleanUp, EditedTake, Layers};
 use rhytid::{Error, Face, Result, Rig, Take};
 use std::path::{Path, PathBuf};
 
+/// Markers with less noise than this, in millimetres, are as good as most, whatever the rig was solved for.
+const NOISY: f64 = 0.15;
+
+/// Markers are much noisier than the rig was solved for from this ratio on.
+const MUCH_NOISIER: f64 = 2.0;
+
 /// Fewer steps between frames do not show the unit of times.
 const FEW_STEPS: usize = 10;
 
@@ -110,10 +116,36 @@ pub(crate) fn gains(fine_detail: &FineDetail, reading: &TakeReading) -> Result<G
 /// # Errors
 /// As [`playback::read_take`]. [`Error::Input`] if a setup is given for a clean take or a space for a raw
 /// one, or if the take is recognisably in another space.
-pub(crate) fn take(
+pub(crate) fn take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<Take> {
+    let mut take = take_as_it_is(path, rig, reading, ui)?;
+    if reading.soft_markers {
+        capture::soften(&mut take)?;
+    } else {
+        warn_noise(&take, rig, path, ui);
+    }
+    Ok(take)
+}
+
+/// Says if the markers are much noisier than the rig was solved for.
+fn warn_noise(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
+    let millimetres = 1e3 * rig.surface().metres_per_unit;
+    let noise = millimetres * capture::marker_noise(take);
+    let known = rig.learned().map_or(0.0, |learned| millimetres * learned.marker_noise);
+    if noise > NOISY && noise > MUCH_NOISIER * known {
+        let noise = human::number((noise * 100.0).round() / 100.0);
+        ui.line(&format!(
+            "warning: {}: its markers have {noise} mm of noise per axis, which the skin between them would follow; \
+             --soft-markers takes it out",
+            path.display()
+        ));
+    }
+}
+
+/// The same with the noise of its markers.
+fn take_as_it_is(
     path: &Path,
     rig: &Rig,
-    TakeReading { missing, setup, elsewhere, space }: &TakeReading,
+    TakeReading { missing, setup, soft_markers: _, elsewhere, space }: &TakeReading,
     ui: &Ui,
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);

@@ -38,6 +38,9 @@ pub struct TakeOptions<'a> {
     pub missing: rhytid_core::Missing,
     /// How a raw take is cleaned.
     pub clean_up: rhytid_playback::CleanUp,
+    /// Whether the noise of the markers is taken out ([`soften`](rhytid_capture::soften)). They are then met
+    /// within their noise, not exactly.
+    pub soft_markers: bool,
     /// The receiver of progress, which can cancel the work.
     pub progress: &'a dyn rhytid_core::Progress,
 }
@@ -48,6 +51,7 @@ impl Default for TakeOptions<'_> {
         Self {
             missing: rhytid_core::Missing::default(),
             clean_up: rhytid_playback::CleanUp::default(),
+            soft_markers: false,
             progress: &rhytid_core::NoProgress,
         }
     }
@@ -61,5 +65,10 @@ impl Default for TakeOptions<'_> {
 /// clean-up leaves. [`Error::Io`](crate::Error::Io).
 #[cfg(feature = "playback")]
 pub fn open_take(path: impl AsRef<Path>, rig: &Rig, options: &TakeOptions<'_>) -> Result<rhytid_core::Take> {
-    rhytid_playback::read_take(path.as_ref(), rig, options.missing, &options.clean_up, options.progress)
+    let mut take =
+        rhytid_playback::read_take(path.as_ref(), rig, options.missing, &options.clean_up, options.progress)?;
+    if options.soft_markers {
+        rhytid_capture::soften(&mut take)?;
+    }
+    Ok(take)
 }

@@ -39,6 +39,10 @@ pub(crate) struct Evaluate {
     #[arg(long, value_name = "TAKE.toml", requires = "take", help_heading = INPUT)]
     pub setup: Option<PathBuf>,
 
+    /// Take the noise of the markers out of the take first.
+    #[arg(long, requires = "take", help_heading = INPUT)]
+    pub soft_markers: bool,
+
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 

@@ -117,6 +117,10 @@ pub(crate) struct TakeReading {
     #[arg(long, value_name = "TAKE.toml", help_heading = INPUT)]
     pub setup: Option<PathBuf>,
 
+    /// Take the noise of the markers out; they are then met within their noise, not exactly.
+    #[arg(long, help_heading = INPUT)]
+    pub soft_markers: bool,
+
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 
@@ -139,6 +143,7 @@ impl TakeReading {
             axes: self.space.take_axes.map(|axes| axes.to_string()),
             rate: self.space.take_rate,
             setup_hash: setup_hash.transpose()?,
+            soft_markers: self.soft_markers,
         })
     }
 
@@ -163,6 +168,7 @@ impl TakeReading {
             Missing::Hold => MissingChoice::Hold,
             Missing::Leave => return Err(unknown("missing = \"leave\"".into())),
         };
+        self.soft_markers = stated.soft_markers;
         let given = self.treatment(Some(take))?;
         match (&given.setup_hash, &stated.setup_hash) {
             (given, stated) if given == stated => {}

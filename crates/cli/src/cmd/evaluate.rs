@@ -33,6 +33,7 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     let reading = TakeReading {
         missing: args.missing,
         setup: args.setup.clone(),
+        soft_markers: args.soft_markers,
         elsewhere: args.elsewhere,
         ..TakeReading::default()
     };

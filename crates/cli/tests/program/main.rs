@@ -33,6 +33,7 @@ mod reach;
 #[cfg(feature = "wgpu")]
 mod render;
 mod retarget;
+mod soft_markers;
 mod space;
 mod stitch;
 mod summaries;

@@ -330,6 +330,8 @@ fn every_fault_of_a_gltf_file_is_found() {
     // Mostly in the basis, the band would make the take a mixture of few shapes, and its error would be
     // rounding.
     f.write("face.toml", format!("{}[learned]\nshare = 1\n", f.read_text("face.toml")));
+    // On this coarse sheet, wrinkles are as rough as noise.
+    f.replace("face.toml", "mesh = \"poses/pinch.obj\"", "mesh = \"poses/pinch.obj\"\nnoise = 0");
     f.done("solve face.toml -o face.safetensors");
     f.write("take.csv", f.take(4));
     let (mut count, mut missed) = (0, Vec::new());
