@@ -21,8 +21,8 @@ const BEYOND_EDGE: f64 = 1.2;
 /// The fewest frames from which noise is told.
 const FEWEST_FRAMES: usize = 8;
 
-/// The noise of a take's markers: the standard deviation of a coordinate, in the take's unit. 0 where the take
-/// is too short to tell.
+/// The noise of a take's markers: the standard deviation of a coordinate, in the take's unit. 0 where the
+/// take is too short to tell.
 ///
 /// It is from the median of the second differences in time, which hardly any motion has.
 pub fn marker_noise(take: &Take) -> f64 {
@@ -34,8 +34,8 @@ pub fn marker_noise(take: &Take) -> f64 {
     noise(&Tracks { columns: (0..markers).map(|m| at(m).collect()).collect(), rate: 1.0 })
 }
 
-/// Takes the markers' noise out of a take, and returns what [`marker_noise`] was. Where that is 0, the take is
-/// not changed.
+/// Takes the markers' noise out of a take, and returns what [`marker_noise`] was. Where that is 0, the take
+/// is not changed.
 ///
 /// A few of the take's principal components have nearly all of the face's motion, and the others are mostly
 /// noise. Each component is smoothed in time by Whittaker's smoother, `a = (I + λ DᵀD)⁻¹ y` with D the second
@@ -103,7 +103,8 @@ pub fn soften(take: &mut Take) -> Result<f64> {
     Ok(sigma)
 }
 
-/// Whittaker's smoother for one λ: the factor `L Δ Lᵀ` of `I + λ DᵀD`, which has two bands below its diagonal.
+/// Whittaker's smoother for one λ: the factor `L Δ Lᵀ` of `I + λ DᵀD`, which has two bands below its
+/// diagonal.
 struct Smoother {
     /// Δ, and the two bands of L: for each frame.
     diagonal: Vec<f64>,

@@ -152,18 +152,22 @@ pub(crate) fn learn(
     let choose = |strains: &VectorStrains, prior: Option<OfPrior>| {
         choice::choose(strains, &linear_influences, &smooth_residual, &area, &settings, marker_noise, prior)
     };
-    let (mut chosen, mut candidates) = choose(&strains, None)?;
-    if let (Some(learned), Some(given)) = (&prior, &face.prior) {
+    let mut choice = None;
+    if let Some(learned) = &prior {
         let with_prior = strains.clone().with_prior(&learned.strains);
-        let of_prior = OfPrior { predicted: &learned.predicted, weight: given.weight };
-        let (of_all, all) = choose(&with_prior, Some(of_prior))?;
-        if of_all.prior > 0.0 {
-            (chosen, candidates, strains) = (of_all, all, with_prior);
-        } else {
-            // The face is as without the prior.
-            prior = None;
+        let weight = face.prior.as_ref().and_then(|prior| prior.weight);
+        let found = choose(&with_prior, Some(OfPrior { predicted: &learned.predicted, weight }))?;
+        if found.0.prior > 0.0 {
+            strains = with_prior;
+            choice = Some(found);
         }
     }
+    let (chosen, candidates) = match choice {
+        Some(choice) => choice,
+        // A prior that is not taken changes nothing.
+        None => choose(&strains, None)?,
+    };
+    prior = prior.filter(|_| chosen.prior > 0.0);
     if let Some(prior) = &mut prior {
         prior.scale(chosen.prior);
         prior.subtract_from(&mut smooth_residual);
