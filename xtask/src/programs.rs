@@ -265,10 +265,11 @@ impl Counts {
             self.is_failure = true;
         } else if line == "failures:" {
             self.is_failure = false;
-        } else if let (true, Some(failure)) = (self.is_failure, self.failures.last_mut()) {
-            if failure.lines().count() < FAILURE_LINES {
-                *failure += &format!("\n    {line}");
-            }
+        } else if self.is_failure
+            && let Some(failure) = self.failures.last_mut()
+            && failure.lines().count() < FAILURE_LINES
+        {
+            *failure += &format!("\n    {line}");
         }
         let Some(summary) = line.strip_prefix("test result: ") else { return };
         let words: Vec<&str> = summary.split([' ', ';']).filter(|word| !word.is_empty()).collect();

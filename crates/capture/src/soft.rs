@@ -214,7 +214,7 @@ mod tests {
             .collect();
         let mut take = Take {
             labels: (0..30).map(|m| m.to_string()).collect(),
-            times: (0..600).map(|f| f as f64 / 60.0).collect(),
+            times: (0..600).map(|f| f64::from(f) / 60.0).collect(),
             positions: noisy.clone(),
             ..Take::default()
         };

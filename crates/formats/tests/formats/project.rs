@@ -236,7 +236,7 @@ fn projects_that_would_not_read_back_are_not_written() {
         ),
         (
             change(|p| {
-                p.prior = Some(PriorSection { neutral: Some("n.obj".into()), ..prior("a.safetensors") })
+                p.prior = Some(PriorSection { neutral: Some("n.obj".into()), ..prior("a.safetensors") });
             }),
             "[prior] has neutral, which is of no use where from is a rig",
         ),

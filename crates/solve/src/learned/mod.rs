@@ -44,7 +44,7 @@ pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
 pub use smoothing::Smoothing;
 use smoothing::sigma;
 use vector_strains::VectorStrains;
-use wrinkles::Wrinkles;
+use wrinkles::{Ridges, Wrinkles};
 
 /// A vertex has no smooth residual if it is below this part of the mean rest length.
 const NOTHING: f64 = 1e-7;
@@ -212,8 +212,7 @@ pub(crate) fn learn(
                 &pose_features,
                 &influences,
                 &detail,
-                settings.wrinkle_ridge,
-                &shell.noise,
+                Ridges { ridge: settings.wrinkle_ridge, noise: &shell.noise },
                 progress,
             )?;
             (detail, wrinkles)
@@ -363,17 +362,8 @@ impl LearnedBand<'_> {
         progress.step("detail", 1, 1)?;
         let edges = shell.handles.strain_edges.len() as u32;
         let c = &self.band.example_weights;
-        let noise = &shell.noise;
-        wrinkles::vector_wrinkles(
-            self.strains,
-            self.influences,
-            edges,
-            &left,
-            c,
-            wrinkle_ridge,
-            noise,
-            progress,
-        )
+        let ridges = Ridges { ridge: wrinkle_ridge, noise: &shell.noise };
+        wrinkles::vector_wrinkles(self.strains, self.influences, edges, &left, c, ridges, progress)
     }
 
     /// d, P×V: the residual after the shell and the band, in the tangent frames of their surface.

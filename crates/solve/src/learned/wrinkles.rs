@@ -18,10 +18,18 @@ pub(crate) struct Wrinkles {
     pub constants: Vec<[f64; 3]>,
 }
 
+/// How loosely the wrinkles fit the examples.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ridges<'a> {
+    /// μ > 0.
+    pub ridge: f64,
+    /// σ_p, P in mesh units: the noise of the examples.
+    pub noise: &'a [f64],
+}
+
 /// The wrinkles of strain lengths, as in the chapter. The distances are ‖f_p‖ and ‖f_p − f_q‖.
 ///
-/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V; `wrinkle_ridge` is μ > 0. `noise` is
-/// σ_p, P in mesh units.
+/// `pose_features` is N×F with the rest pose first, 0; `detail` is P×V.
 ///
 /// # Errors
 /// [`Error::Internal`] if a matrix is not positive definite, which μ > 0 excludes. [`Error::Cancelled`].
@@ -29,13 +37,11 @@ pub(crate) fn length_wrinkles(
     pose_features: &Table<f64>,
     influences: &EdgeInfluences,
     detail: &Table<[f64; 3]>,
-    wrinkle_ridge: f64,
-    noise: &[f64],
+    ridges: Ridges,
     progress: &dyn Progress,
 ) -> Result<Wrinkles> {
     let f = |j: usize| pose_features.row(j);
-    let systems =
-        Systems { vertices: influences.edges.height(), examples: detail.height(), wrinkle_ridge, noise };
+    let systems = Systems { vertices: influences.edges.height(), examples: detail.height(), ridges };
     systems.solve(progress, |v, system| {
         for (d, detail) in system.weights.iter_mut().zip(detail.rows()) {
             *d = DVec3::from_array(detail[v]);
@@ -59,12 +65,11 @@ pub(crate) fn vector_wrinkles(
     strain_edges: u32,
     left: &Table<[f64; 3]>,
     example_weights: &Table<[f64; 3]>,
-    wrinkle_ridge: f64,
-    noise: &[f64],
+    ridges: Ridges,
     progress: &dyn Progress,
 ) -> Result<Wrinkles> {
     let examples = strains.examples();
-    let systems = Systems { vertices: left.height(), examples, wrinkle_ridge, noise };
+    let systems = Systems { vertices: left.height(), examples, ridges };
     systems.solve(progress, |v, system| {
         let terms = influences.at(v);
         system.weights.fill(DVec3::ZERO);
@@ -130,10 +135,7 @@ struct Systems<'a> {
     vertices: usize,
     /// P.
     examples: usize,
-    /// μ > 0.
-    wrinkle_ridge: f64,
-    /// σ_p, P in mesh units.
-    noise: &'a [f64],
+    ridges: Ridges<'a>,
 }
 
 impl Systems<'_> {
@@ -147,7 +149,7 @@ impl Systems<'_> {
         progress: &dyn Progress,
         assemble: impl Fn(usize, &mut System) + Sync + Send,
     ) -> Result<Wrinkles> {
-        let Self { vertices, examples, wrinkle_ridge, noise } = *self;
+        let Self { vertices, examples, ridges: Ridges { ridge, noise } } = *self;
         let mean_noise = noise.iter().map(|sigma| sigma * sigma).sum::<f64>() / examples as f64;
         let centers = examples + 1;
         let mut wrinkles = Wrinkles {
@@ -181,7 +183,7 @@ impl Systems<'_> {
                         0.0 => 0.0,
                         square => square / variance.max(LEAST_VARIANCE * mean_noise),
                     };
-                    system.matrix[p * centers] += (wrinkle_ridge + of_noise) * trace / examples as f64;
+                    system.matrix[p * centers] += (ridge + of_noise) * trace / examples as f64;
                 }
                 if !solve(&mut system.matrix, &mut system.weights) {
                     return Err(Error::Internal(format!("the wrinkles of vertex {v} have no solution")));

@@ -1,5 +1,5 @@
 //! A prior from another face: what it is worth, when it is refused, and how it is read.
-use crate::support::{face, played, processor, rig, rms};
+use crate::support::{face, minus, played, processor, rig, rms};
 use glam::{DQuat, DVec3};
 use rhytid_core::{Example, Face, NoProgress, Prior, Reach, rig_file};
 use rhytid_formats::export::OutputStage;
@@ -34,14 +34,14 @@ fn with(face: &Face, person: &[Example], count: usize, prior: Option<Prior>) -> 
     let handles: Vec<f32> =
         person.iter().flat_map(|scan| face.handles.at(&scan.positions)).flatten().map(|x| x as f32).collect();
     let found = played(&rig, &handles, OutputStage::Full);
-    let error = |scan: usize| {
-        let pairs = found[scan].iter().zip(&person[scan].positions);
-        10.0 * rms(pairs.map(|(a, b)| [0, 1, 2].map(|c| a[c] - b[c])))[0]
+    let error = |(found, scan): (&Vec<[f64; 3]>, &Example)| {
+        10.0 * rms(found.iter().zip(&scan.positions).map(|(a, b)| minus(a, b)))[0]
     };
-    for scan in 0..count {
-        assert!(error(scan) < 0.02, "{}: {}", person[scan].name, error(scan));
+    let errors: Vec<f64> = found.iter().zip(person).map(error).collect();
+    for (scan, error) in person.iter().zip(&errors).take(count) {
+        assert!(*error < 0.02, "{}: {error}", scan.name);
     }
-    let others: Vec<f64> = (count..person.len()).map(|scan| error(scan).powi(2)).collect();
+    let others: Vec<f64> = errors[count..].iter().map(|error| error.powi(2)).collect();
     (solved.report.prior, (others.iter().sum::<f64>() / others.len() as f64).sqrt())
 }
 
