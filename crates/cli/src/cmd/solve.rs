@@ -92,8 +92,7 @@ struct Summary<'a> {
     scans: Vec<ScanSummary<'a>>,
     /// The choice of share and ridge, the chosen pair first.
     candidates: Vec<CandidateSummary>,
-    /// Absent without a prior.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Null without a prior.
     prior: Option<PriorSummary>,
     /// Where the linear band is faded to the shell, the least kept first.
     faded: Vec<Faded>,

@@ -39,8 +39,7 @@ pub(super) struct ProjectInfo {
     handles: usize,
     labels: Vec<String>,
     examples: Vec<String>,
-    /// Absent without a prior.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    /// Null without a prior.
     prior: Option<PriorInfo>,
     method: &'static str,
     /// Null where it is derived from the spacing of the handles.
