@@ -95,6 +95,8 @@ pub(crate) fn compare(
         true => Method::Chapter,
         false => Method::Learned(LearnedSettings::default()),
     };
+    // The chapter's method has no use for a prior.
+    other.prior = None;
     let other = solve(&other, progress)?.rounded()?;
     let own = rig.rounded()?;
     let names = if is_learned { ["learned", "chapter"] } else { ["chapter", "learned"] };

@@ -1,8 +1,8 @@
 //! Real faces: how far each method is from the truth, and scans that are planned from markers alone.
 use rhytid_conformance::Numbers;
 use rhytid_core::{
-    DeviceInfo, Example, Face, Handles, LearnedSettings, Mesh, Method, NoProgress, Settings, SurfacePoint,
-    Take, UpAxis, VertexId,
+    DeviceInfo, Example, Face, Handles, LearnedSettings, Mesh, Method, NoProgress, Prior, Settings,
+    SurfacePoint, Take, UpAxis, VertexId,
 };
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_evaluate::coverage::{coverage, take_sigma};
@@ -93,6 +93,24 @@ fn noisy_scans_are_trusted_less() {
     let trusted = error(&face);
     println!("{trusted_less:.3} mm, and {trusted:.3} with all scans trusted alike");
     assert!(trusted_less < 0.92 * trusted, "{trusted_less} {trusted}");
+}
+
+#[test]
+fn a_face_with_a_prior_is_compared_with_every_method() {
+    let Some(shared) = shared("") else { return };
+    let folder = shared.join("data/face");
+    let handles = tables::read_handles(&shared.join("data/markers.csv")).unwrap();
+    let mut face = with_poses(bare(&folder, handles, 0.01), &folder);
+    face.prior = Some(Prior { expressions: face.examples.split_off(2), weight: None });
+    let take = clean_take(&shared, &face);
+    let frames = tables::read_frames(&shared.join("data/truth/rom_3_frames.csv"), take.frames()).unwrap();
+    let truth = Truth::new(sequence(&shared, &face), Some(frames), take).unwrap();
+    let given = |rig: &_| Ok((Regions::by_handles(rig), Some(truth)));
+    let (_, found, _) = evaluate(&face, given, &device(), &NoProgress).unwrap();
+    let comparisons = found.truth.unwrap();
+    let rms = |method: &str| comparison(&comparisons, method).errors.rms_mm;
+    println!("learned {} mm, chapter {} mm", rms("learned"), rms("chapter"));
+    assert!(rms("learned") < 0.5 * rms("chapter"), "{} {}", rms("learned"), rms("chapter"));
 }
 
 #[test]
