@@ -5,10 +5,10 @@ use glam::{DMat3, DVec3};
 use rhytid_backend_cpu::Cpu;
 use rhytid_capture::{Settings as CleanUp, Target, clean};
 use rhytid_conformance::Numbers;
-use rhytid_core::{Animator, Backend, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_core::{Animator, Backend, Bind, NoProgress, Rig, Settings, Stage, UploadOptions};
 use rhytid_formats::raw_take;
 use rhytid_kernels::vec3;
-use rhytid_solve::{Solved, solve, solve_in_full};
+use rhytid_solve::{FreeMotion, Solved, solve, solve_in_full};
 use rhytid_test_support::shared;
 
 /// Frames of a batch.
@@ -135,7 +135,7 @@ fn teeth_and_eyes_stay_what_they_are() {
     let Some(shared) = shared("") else { return };
     let Solved { rig, report, .. } =
         solve_in_full(&real::face(&shared, "head", Settings::default()), false, &NoProgress).unwrap();
-    let rigid: Vec<_> = report.parts.iter().filter(|part| part.rigid).collect();
+    let rigid: Vec<_> = report.parts.iter().filter(|part| part.motion == FreeMotion::Solid).collect();
     assert!(rigid.len() > 20, "only {} parts are rigid", rigid.len());
     let count = rig.handles().len();
     let frames: Vec<[f64; 3]> =
@@ -150,6 +150,44 @@ fn teeth_and_eyes_stay_what_they_are() {
     });
     println!("{} rigid parts are within {:.2} % of their size of a rigid motion", rigid.len(), 100.0 * worst);
     assert!(worst < 0.01, "a rigid part is off by {worst} of its size");
+}
+
+#[test]
+fn gums_do_not_hang_on_the_lips() {
+    let Some(shared) = shared("") else { return };
+    let error = |bind: Bind| {
+        let mut face = real::face(&shared, "head", Settings { bind, ..Settings::default() });
+        // Every second one is left out.
+        let (mut left_out, mut examples) = (Vec::new(), Vec::new());
+        for pair in face.examples.chunks(2) {
+            examples.push(pair[0].clone());
+            left_out.extend(pair.get(1).cloned());
+        }
+        face.examples = examples;
+        let Solved { rig, report, .. } = solve_in_full(&face, false, &NoProgress).unwrap();
+        // Gums, tongue and the lining of the mouth are one part.
+        let mouth = report.parts.iter().max_by_key(|part| match part.motion {
+            FreeMotion::Solid => 0,
+            _ => part.vertices,
+        });
+        let mouth = mouth.unwrap();
+        println!("{bind:?}: {mouth:?}");
+        let vertices = mouth.first_vertex.index()..mouth.first_vertex.index() + mouth.vertices;
+        assert!(vertices.len() > 1000, "{mouth:?}");
+        let handles: Vec<[f64; 3]> =
+            left_out.iter().flat_map(|example| rig.handles().at(&example.positions)).collect();
+        let mut square = 0.0;
+        play(&rig, &handles, |frame, positions| {
+            for v in vertices.clone() {
+                let off = vec3::sub(widened(positions[v]), left_out[frame].positions[v]);
+                square += 100.0 * vec3::dot(off, off);
+            }
+        });
+        (square / (vertices.len() * left_out.len()) as f64).sqrt()
+    };
+    let (learned, nearest) = (error(Bind::Auto), error(Bind::Nearest));
+    println!("the mouth is {learned:.2} mm off, with the closest skin {nearest:.2}");
+    assert!(learned < 0.3 * nearest, "{learned} mm, with the closest skin {nearest}");
 }
 
 /// The RMS distance to the best rigid motion, over the diagonal of the part's bounding box. The rotation is

@@ -70,8 +70,9 @@ pub enum StrainEdges {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bind {
     /// With the learned method, the examples decide. A component that is rigid in all of them moves as a
-    /// rigid part. Any other component follows the closest points of the driven surface. With the chapter's
-    /// method, components without a handle do not move.
+    /// rigid part. The vertices of any other component have as much of the motion of the closest points of
+    /// the driven surface as predicts left-out examples best. With the chapter's method, components without a
+    /// handle do not move.
     #[default]
     Auto,
     /// It does not move.

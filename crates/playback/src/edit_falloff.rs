@@ -3,6 +3,7 @@
 use crate::{EditedTake, local_normals};
 use rhytid_core::Rig;
 use rhytid_kernels::normals::VertexTriangles;
+use rhytid_solve::DrivenComponents;
 
 /// The shares of a vertex that edited markers drive, between which its following fades in.
 ///
@@ -13,8 +14,8 @@ const DRIVEN: [f64; 2] = [0.05, 0.95];
 ///
 /// Vertex v of a frame is at `x + w_v (x' − x)`, where x is its place without the edits and x' is its place
 /// with them. w_v is a smooth step of the share of v that the edited handles drive. The share is the sum of
-/// v's row of the basis over the edited handles. A rigid part, such as a tooth, has no such row. Its share is
-/// the weight of its features at the edited handles.
+/// v's row of the basis over the edited handles. In a part without a handle, such as a tooth, it is the
+/// weight of the anchors that are edited.
 ///
 /// The share is 1 at edited handles and 0 at the others, so all markers are met. w does not change over time,
 /// so there is no step in time.
@@ -32,20 +33,12 @@ impl EditFalloff {
         if edited.iter().all(|edited| *edited == 0.0) || edited.iter().all(|edited| *edited == 1.0) {
             return None;
         }
-        let edges = rig.handles().strain_edges.len();
-        let of_feature = |e: usize| match rig.handles().strain_edges.get(e) {
-            Some(&[a, b]) => 0.5 * (edited[a.index()] + edited[b.index()]),
-            None => edited[e - edges],
-        };
+        let rest: Vec<[f64; 3]> = rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
+        let components = DrivenComponents::new(&rest, &rig.surface().triangles, &rig.handles().points);
         let of_vertex = |(v, row): (usize, &[f32])| {
-            let driven = match row.iter().any(|b| *b != 0.0) {
-                true => row.iter().zip(&edited).map(|(b, edited)| f64::from(*b) * edited).sum::<f64>(),
-                false => {
-                    let parts = rig.influences_of(v).map(|(e, weight)| (weight, weight * of_feature(e)));
-                    let (all, driven) =
-                        parts.fold((0.0, 0.0), |(all, driven), (w, of)| (all + w, driven + of));
-                    if all > 0.0 { driven / all } else { 0.0 }
-                }
+            let driven: f64 = match rig.learned().filter(|_| !components.driven[v]) {
+                Some(learned) => learned.anchors_of(v).map(|(h, nu)| f64::from(nu) * edited[h.index()]).sum(),
+                None => row.iter().zip(&edited).map(|(b, edited)| f64::from(*b) * edited).sum(),
             };
             let s = ((driven - DRIVEN[0]) / (DRIVEN[1] - DRIVEN[0])).clamp(0.0, 1.0);
             (s * s * (3.0 - 2.0 * s)) as f32

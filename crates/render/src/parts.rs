@@ -1,9 +1,16 @@
 //! The connected parts of a mesh: skin, eyes, teeth, lashes.
 
+use glam::{DMat4, DVec3, DVec4};
 use rhytid_core::{Faces, Result, Rig};
 
 /// Linear red, green and blue of teeth and eyeballs: a shade of white, since the rig has no colours.
 const WHITE: [f32; 3] = [0.62, 0.60, 0.55];
+
+/// What is learned of a part is affine up to this part of it, if the part is a solid.
+const AFFINE_WITHIN: f64 = 0.1;
+
+/// What is learned is nothing if its RMS is below this.
+const NOTHING: f64 = 1e-3;
 
 /// The smallest vertex of each vertex's connected part.
 fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
@@ -26,11 +33,14 @@ fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
 
 /// Linear albedos of V vertices. All have `skin`, except for rigid parts without a handle, which are assumed
 /// to be teeth and eyes.
+///
+/// The vertices of such a part have the same anchors and nothing else. A solid's movements are affine in the
+/// place at rest. What is learned is linear in the movements of the examples, so it is affine too. The gums
+/// have the same anchors, but are not affine.
 pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     let Some(learned) = rig.learned() else { return vec![skin; rig.vertices()] };
     let parts = parts(rig.vertices(), &rig.surface().faces);
     let row = |v: usize| (learned.anchors.row(v), learned.anchor_weights.row(v));
-    // All vertices of a rigid part are influenced by the same anchors, and by nothing else.
     let is_anchored = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
     let mut solid: Vec<bool> = (0..rig.vertices()).map(is_anchored).collect();
     for (v, &part) in parts.iter().enumerate() {
@@ -41,7 +51,39 @@ pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     for handle in rig.handles().held() {
         solid[parts[handle.index()] as usize] = false;
     }
+    let mut members = vec![Vec::new(); rig.vertices()];
+    let of_solids = parts.iter().enumerate().filter(|(_, part)| solid[**part as usize]);
+    of_solids.for_each(|(v, &part)| members[part as usize].push(v));
+    for (part, members) in members.iter().enumerate().filter(|(_, members)| !members.is_empty()) {
+        let rest: Vec<DVec3> =
+            members.iter().map(|&v| DVec3::from_array(rig.surface().rest[v].map(f64::from))).collect();
+        let basis = |i: usize| rig.basis().row(members[i]).to_vec();
+        let weights = |i: usize| learned.example_weights.row(members[i]).as_flattened().to_vec();
+        solid[part] = is_affine(&rest, basis) && is_affine(&rest, weights);
+    }
     parts.iter().map(|&part| if solid[part as usize] { WHITE } else { skin }).collect()
+}
+
+/// Whether the rows of N points are about an affine function of the points.
+fn is_affine(points: &[DVec3], row: impl Fn(usize) -> Vec<f32>) -> bool {
+    let center = points.iter().sum::<DVec3>() / points.len() as f64;
+    let rows: Vec<Vec<f32>> = (0..points.len()).map(row).collect();
+    let extent = points.iter().map(|x| x.distance(center)).fold(f64::MIN_POSITIVE, f64::max);
+    let affine = |x: &DVec3| ((*x - center) / extent).extend(1.0);
+    let mut normal = DMat4::from_diagonal(DVec4::splat(1e-9));
+    for a in points.iter().map(affine) {
+        normal += DMat4::from_cols(a * a.x, a * a.y, a * a.z, a * a.w);
+    }
+    let inverse = normal.inverse();
+    let (mut square, mut left) = (0.0, 0.0);
+    for column in 0..rows.first().map_or(0, Vec::len) {
+        let values = || rows.iter().map(|row| f64::from(row[column]));
+        let of_column: f64 = values().map(|x| x * x).sum();
+        let right: DVec4 = points.iter().zip(values()).map(|(x, value)| affine(x) * value).sum();
+        square += of_column;
+        left += of_column - right.dot(inverse * right);
+    }
+    left <= AFFINE_WITHIN.powi(2) * square || square < NOTHING.powi(2) * points.len() as f64
 }
 
 /// The rig without the polygons and triangles of connected parts that have any of these `vertices`, so that
@@ -91,8 +133,8 @@ mod tests {
     use super::*;
     use rhytid_core::NoProgress;
 
-    /// The demo's face with a block behind it. In each example, all corners of the block move with the face's
-    /// first handle.
+    /// The demo's face with two blocks behind it. In each example, all corners of the last block move with
+    /// the face's first handle. Of the block before, one corner moves so.
     fn rig() -> Rig {
         let mut face = rhytid_demo::face(2_000);
         let first = face.neutral.positions.len() as u32;
@@ -102,17 +144,30 @@ mod tests {
             [x + (i & 1) as f64, y + (i >> 1 & 1) as f64, z - 2.0 - (i >> 2) as f64]
         };
         let rest = face.neutral.positions[at];
-        face.neutral.positions.extend((0..8).map(|i| corner(rest, i)));
-        for quad in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
-            face.neutral.faces.push(&quad.map(|v: u32| first + v));
+        face.neutral.positions.extend((0..16).map(|i| corner(rest, i % 8)));
+        for first in [first, first + 8] {
+            for quad in [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]] {
+                face.neutral.faces.push(&quad.map(|v: u32| first + v));
+            }
         }
         face.neutral.uvs = None;
         face.neutral.materials = None;
         for example in &mut face.examples {
             let moved = example.positions[at];
-            example.positions.extend((0..8).map(|i| corner(moved, i)));
+            example.positions.extend((0..16).map(|i| corner(if i < 7 { rest } else { moved }, i % 8)));
         }
         rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap()
+    }
+
+    #[test]
+    fn what_is_affine() {
+        let points: Vec<DVec3> =
+            (0..27).map(|i| DVec3::new(f64::from(i % 3), f64::from(i / 3 % 3), f64::from(i / 9))).collect();
+        let affine = |x: DVec3| vec![(0.3 + x.x - 2.0 * x.y) as f32, (0.1 * x.z) as f32];
+        assert!(is_affine(&points, |i| affine(points[i])));
+        assert!(is_affine(&points, |_| vec![0.0, 0.0]) && is_affine(&points, |_| vec![1.0]));
+        assert!(is_affine(&points[..1], |i| affine(points[i])));
+        assert!(!is_affine(&points, |i| vec![(points[i].y - 1.0).max(0.0) as f32]));
     }
 
     #[test]
@@ -131,8 +186,8 @@ mod tests {
         assert_eq!(counts, [all[0] - 6, all[1] - 12, all[2] - 24]);
         assert!(face.surface().triangles.as_flattened().iter().all(|&v| (v as usize) < first));
         face.surface().triangle_corners().unwrap();
-        assert!(hide_parts(rig.clone(), &[0, first]).is_err(), "nothing is left");
-        let block = hide_parts(rig, &[0]).unwrap();
+        assert!(hide_parts(rig.clone(), &[0, first - 8, first]).is_err(), "nothing is left");
+        let block = hide_parts(rig, &[0, first - 8]).unwrap();
         assert_eq!((block.surface().faces.len(), block.surface().triangles.len()), (6, 12));
     }
 }

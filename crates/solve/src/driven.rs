@@ -1,6 +1,6 @@
 //! The connected components that the handles drive (section 2).
 use glam::DVec3;
-use rhytid_core::SurfacePoint;
+use rhytid_core::{SurfacePoint, VertexId};
 use rhytid_geometry::components;
 use rhytid_geometry::laplacian::is_degenerate;
 
@@ -24,5 +24,16 @@ impl DrivenComponents {
         held.for_each(|(v, _)| has_handle[component[v.index()] as usize] = true);
         let driven = component.iter().map(|&c| has_handle[c as usize]).collect();
         Self { component, driven }
+    }
+
+    /// The vertices of each component that has no handle, ascending, by the component's number. Those of the
+    /// others are left out.
+    pub(crate) fn without_handle(&self) -> Vec<Vec<VertexId>> {
+        let count = self.component.iter().max().map_or(0, |last| *last as usize + 1);
+        let mut members = vec![Vec::new(); count];
+        for (v, &component) in self.component.iter().enumerate().filter(|(v, _)| !self.driven[*v]) {
+            members[component as usize].push(VertexId::from_index(v));
+        }
+        members
     }
 }

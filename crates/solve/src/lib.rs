@@ -55,7 +55,7 @@ pub use align::{Misplaced, misplaced};
 pub use doctor::{Finding, Report, Severity, check, examine};
 pub use driven::DrivenComponents;
 pub use learned::{
-    Candidate, Confidence, EXTRAPOLATION, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans,
+    Candidate, Confidence, EXTRAPOLATION, FreeMotion, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans,
 };
 pub use placement::{Placed, Skin};
 pub use refine::Refine;

@@ -14,7 +14,7 @@ use rhytid::evaluate::Faded;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
-use rhytid::solve::{Candidate, FreePart, Report, Severity, SolveReport, TakenPrior};
+use rhytid::solve::{Candidate, FreeMotion, FreePart, Report, Severity, SolveReport, TakenPrior};
 use rhytid::{Error, Face, Progress, Result, Rig};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -439,22 +439,41 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
         }
         lines.push(line);
     }
-    for (what, rigid) in [("move as solids", true), ("follow the closest skin", false)] {
-        let parts: Vec<&FreePart> = report.parts.iter().filter(|part| part.rigid == rigid).collect();
-        let named = parts
-            .iter()
-            .take(PARTS_NAMED)
-            .map(|part| format!("{} vertices from {} on", human::count(part.vertices), part.first_vertex));
-        let named = named.collect::<Vec<_>>().join(", ");
+    lines.extend(free_parts(&report.parts));
+    lines
+}
+
+/// A line for each way in which parts without a handle move.
+fn free_parts(parts: &[FreePart]) -> Vec<String> {
+    let way = |part: &FreePart| match part.motion {
+        FreeMotion::Still => "stay",
+        FreeMotion::Solid => "move as solids",
+        FreeMotion::Skin => "follow the closest skin",
+        FreeMotion::Blend { .. } => "follow the closest skin in part",
+    };
+    let mut by_way: Vec<(&str, Vec<&FreePart>)> = Vec::new();
+    for part in parts {
+        match by_way.iter_mut().find(|(of_way, _)| *of_way == way(part)) {
+            Some((_, parts)) => parts.push(part),
+            None => by_way.push((way(part), vec![part])),
+        }
+    }
+    let name = |part: &&FreePart| {
+        let skin = match part.motion {
+            FreeMotion::Blend { skin } => format!(" ({:.0} %)", 100.0 * skin),
+            _ => String::new(),
+        };
+        format!("{} vertices from {} on{skin}", human::count(part.vertices), part.first_vertex)
+    };
+    let line = |(way, parts): (&str, Vec<&FreePart>)| {
+        let named = parts.iter().take(PARTS_NAMED).map(name).collect::<Vec<_>>().join(", ");
         let more = match parts.len().saturating_sub(PARTS_NAMED) {
             0 => String::new(),
             more => format!(" and {more} more"),
         };
-        if !parts.is_empty() {
-            lines.push(format!("parts without a handle that {what}: {}: {named}{more}", parts.len()));
-        }
-    }
-    lines
+        format!("parts without a handle that {way}: {}: {named}{more}", parts.len())
+    };
+    by_way.into_iter().map(line).collect()
 }
 
 /// Rows with the errors at which the rig reproduces the rest pose and the examples.

@@ -115,7 +115,7 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
         let (severity, fate) = match face.settings.bind {
             Bind::Auto if learned => (
                 Severity::Note,
-                "moves as the examples show: as a solid, or with the closest point of the skin",
+                "moves as the examples show: as a solid, or in part with the closest point of the skin",
             ),
             Bind::Auto | Bind::Rigid => {
                 (Severity::Warning, "does not move (bind = \"nearest\" would let it follow the skin)")

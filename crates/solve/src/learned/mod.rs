@@ -3,6 +3,7 @@
 //!
 //! The linear band is a linear function of the relative movements of the nearby handles. The wrinkles are the
 //! chapter's, made zero at rest.
+mod blend;
 mod choice;
 mod confidence;
 mod distances;
@@ -21,7 +22,6 @@ mod wrinkles;
 
 use crate::Details;
 use crate::Shell;
-use crate::bind::bind_nearest;
 use crate::detail;
 use crate::noise;
 pub use choice::Candidate;
@@ -31,13 +31,13 @@ use distances::{Distances, Searched};
 use fade::Fade;
 use linear_band::{LinearBand, LinearSettings};
 use neighborhoods::{ANCHORS, EdgeInfluences, InfluenceSource, LinearInfluences};
-pub use parts::FreePart;
+pub use parts::{FreeMotion, FreePart};
 use prior::PriorBand;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{
     Example, Face, FineScale, HandleSet, Influences, Learned, LearnedSettings, Motions, Progress, Result,
-    Surface, SurfacePoint, Table, VertexId, WrinkleStrains,
+    SurfacePoint, Table, VertexId, WrinkleStrains,
 };
 use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
@@ -111,17 +111,9 @@ pub(crate) fn learn(
     let expressions = face.prior.as_ref().map_or(&[][..], |prior| &prior.expressions);
 
     let shown = if examples.is_empty() { expressions } else { examples };
-    let (sources, free_parts) = parts::sources(&shell.surface.rest, &shell.parts, shown, face.settings.bind);
-    let follows = |v: usize| matches!(sources[v], InfluenceSource::As(_)) && !shell.pinned[v];
-    let Surface { rest, triangles, .. } = &shell.surface;
-    bind_nearest(rest, triangles, &shell.parts.driven, follows, &mut shell.basis);
-    let smoothing = match examples.is_empty() && expressions.is_empty() {
-        true => None,
-        false => Some(smoothing_of(shell, mean, progress)?),
-    };
-    let mut smooth_residual = smooth_residual(shell, examples, smoothing.as_ref(), progress)?;
-
-    let (influences, linear_influences) =
+    let (sources, mut free_parts) =
+        parts::sources(&shell.surface.rest, &shell.parts, shown, face.settings.bind);
+    let (influences, mut linear_influences) =
         neighborhoods(shell, &sources, face.settings.max_influences, mean, progress)?;
     let strains_of = |examples: &[Example]| {
         let of_example =
@@ -129,14 +121,22 @@ pub(crate) fn learn(
         let displacements: Vec<Vec<[f64; 3]>> = examples.iter().map(of_example).collect();
         VectorStrains::new(&displacements, &shell.handles.strain_edges, &shell.handles.rest_lengths(), mean)
     };
-    let mut strains = strains_of(examples);
-    let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
+    let (mut strains, of_expressions) = (strains_of(examples), strains_of(expressions));
+    let of_shown = if examples.is_empty() { &of_expressions } else { &strains };
+    let millimetre = MILLIMETRE / face.metres_per_unit;
+    blend::bind(shell, shown, of_shown, &mut linear_influences, &mut free_parts, mean, millimetre)?;
+    let smoothing = match examples.is_empty() && expressions.is_empty() {
+        true => None,
+        false => Some(smoothing_of(shell, mean, progress)?),
+    };
+    let mut smooth_residual = smooth_residual(shell, examples, smoothing.as_ref(), progress)?;
+
+    let marker_noise = settings.marker_noise * millimetre;
     let mut prior = match expressions.is_empty() {
         true => None,
         false => {
             let smooth = self::smooth_residual(shell, expressions, smoothing.as_ref(), progress)?;
             progress.step("prior", 0, 1)?;
-            let of_expressions = strains_of(expressions);
             let prior =
                 PriorBand::learn(of_expressions, &strains, &linear_influences, &smooth, marker_noise)?;
             progress.step("prior", 1, 1)?;

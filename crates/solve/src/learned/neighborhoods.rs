@@ -3,6 +3,7 @@
 use super::distances::Distances;
 use rayon::prelude::*;
 use rhytid_core::{HandleId, HandleSet, StrainEdgeId, Table, VertexId};
+use rhytid_kernels::vec3;
 
 /// The number of anchors of a vertex of a driven part.
 pub(crate) const ANCHORS: usize = 8;
@@ -14,9 +15,9 @@ const ANCHORS_SHARE: f64 = 0.1;
 /// it would be cut.
 const THRESHOLD: f64 = 0.025;
 
-/// The width of an anchor's weight in mean rest lengths, on the surface and around a rigid part.
+/// The width of an anchor's weight in mean rest lengths, on the surface and around a part.
 const WIDTH_ON_SURFACE: f64 = 1.5;
-const WIDTH_AROUND_RIGID: f64 = 2.0;
+const WIDTH_AROUND_PART: f64 = 2.0;
 
 /// α of every vertex.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +120,48 @@ impl LinearInfluences {
         self.weights.copy_row(from.index(), to.index());
     }
 
+    /// The influences on `vertices`.
+    pub(crate) fn of(&self, vertices: &[VertexId]) -> Self {
+        let rows = || vertices.iter().map(|v| v.index());
+        let features = rows().flat_map(|v| self.features.row(v)).copied().collect();
+        let weights = rows().flat_map(|v| self.weights.row(v)).copied().collect();
+        let (height, columns) = (vertices.len(), self.features.columns());
+        Self {
+            features: Table::new(height, columns, features),
+            weights: Table::new(height, columns, weights),
+        }
+    }
+
+    /// Gives `vertices` these influences, in the order of the vertices.
+    pub(crate) fn set(&mut self, vertices: &[VertexId], to: &Self) {
+        for (v, (features, weights)) in vertices.iter().zip(to.features.rows().zip(to.weights.rows())) {
+            self.features.row_mut(v.index()).copy_from_slice(features);
+            self.weights.row_mut(v.index()).copy_from_slice(weights);
+        }
+    }
+
+    /// Gives each of `vertices` the influences of [`InfluenceSource::At`] a centroid. `mean` is L.
+    pub(crate) fn around(
+        &mut self,
+        handles: &HandleSet<f64>,
+        centroid: [f64; 3],
+        vertices: &[VertexId],
+        mean: f64,
+    ) {
+        let mut anchors = Vec::new();
+        let distance = |h: HandleId| straight(handles, h, centroid);
+        nearest(handles.len(), self.features.columns(), distance, &mut anchors);
+        let weights = anchor_weights(&mut anchors, WIDTH_AROUND_PART * mean);
+        let first_anchor = handles.strain_edges.len() as u32;
+        for v in vertices {
+            self.weights.row_mut(v.index()).fill(0.0);
+            let row = self.features.row_mut(v.index()).iter_mut().zip(self.weights.row_mut(v.index()));
+            for ((feature, weight), (&(_, h), nu)) in row.zip(anchors.iter().zip(&weights)) {
+                (*feature, *weight) = (first_anchor + h.0, *nu);
+            }
+        }
+    }
+
     /// The features that influence vertex `v`, with their ω.
     pub(crate) fn at(&self, v: usize) -> impl Iterator<Item = (u32, f64)> + Clone {
         self.features.row(v).iter().copied().zip(self.weights.row(v).iter().copied())
@@ -202,33 +245,41 @@ pub(crate) fn linear_influences(
                     *to = (1.0 - ANCHORS_SHARE) * w;
                 }
             }
-            let straight = |h: HandleId, from: [f64; 3]| {
-                let to = handles.rest[h.index()];
-                (0..3).map(|c| (to[c] - from[c]).powi(2)).sum::<f64>().sqrt()
-            };
             let distance = |h: HandleId| match sources[v] {
                 InfluenceSource::Nothing => f64::INFINITY,
                 InfluenceSource::Itself => distances.get(h, v),
                 InfluenceSource::As(w) => distances.get(h, w.index()),
-                InfluenceSource::At(centroid) => straight(h, centroid),
+                InfluenceSource::At(centroid) => straight(handles, h, centroid),
             };
             let (room, width) = match sources[v] {
                 InfluenceSource::Itself | InfluenceSource::Nothing => (ANCHORS, WIDTH_ON_SURFACE),
                 InfluenceSource::As(_) => (per_vertex, WIDTH_ON_SURFACE),
-                InfluenceSource::At(_) => (per_vertex, WIDTH_AROUND_RIGID),
+                InfluenceSource::At(_) => (per_vertex, WIDTH_AROUND_PART),
             };
             nearest(handles.len(), room, distance, anchors);
-            let Some(&(least, _)) = anchors.first() else { return };
-            anchors.sort_unstable_by_key(|&(_, h)| h);
-            let nu = |g: f64| (-(g * g - least * least) / (width * mean).powi(2)).exp();
-            let sum: f64 = anchors.iter().map(|&(g, _)| nu(g)).sum();
-            for (i, &(g, h)) in anchors.iter().enumerate() {
+            let of_anchors = anchor_weights(anchors, width * mean);
+            for (i, (&(_, h), nu)) in anchors.iter().zip(of_anchors).enumerate() {
                 features[start + i] = first_anchor + h.0;
-                weights[start + i] = share * nu(g) / sum;
+                weights[start + i] = share * nu;
             }
         },
     );
     LinearInfluences { features, weights }
+}
+
+/// The weights ν of `anchors`, with the sum 1. The nearest anchor is the first at first; after this, they are
+/// in the order of the handles.
+fn anchor_weights(anchors: &mut [(f64, HandleId)], width: f64) -> Vec<f64> {
+    let Some(&(least, _)) = anchors.first() else { return Vec::new() };
+    anchors.sort_unstable_by_key(|&(_, h)| h);
+    let nu = |g: f64| (-(g * g - least * least) / width.powi(2)).exp();
+    let sum: f64 = anchors.iter().map(|&(g, _)| nu(g)).sum();
+    anchors.iter().map(|&(g, _)| nu(g) / sum).collect()
+}
+
+/// The straight distance from a point to a handle.
+fn straight(handles: &HandleSet<f64>, h: HandleId, from: [f64; 3]) -> f64 {
+    vec3::length(vec3::sub(handles.rest[h.index()], from))
 }
 
 /// Writes up to `count` of `handles` handles at a finite distance into `found`, the nearest first (ties: the

@@ -3,5 +3,6 @@ mod choice;
 mod confidence;
 mod doctor;
 mod large_scale;
+mod parts;
 mod pins;
 mod points;
