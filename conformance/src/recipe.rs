@@ -249,6 +249,7 @@ impl Recipe {
             feature_gains,
             example_weights: Table::new(vertices, columns, example_weights),
             variances: vec![0.0; vertices],
+            contact: <_>::default(),
         });
     }
 

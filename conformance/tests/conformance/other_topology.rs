@@ -36,6 +36,11 @@ fn farthest(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| apart(*a, *b)).fold(0.0, f64::max)
 }
 
+/// The sum of the squared distances.
+fn squared(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| apart(*a, *b).powi(2)).sum()
+}
+
 /// The head with `count` handles, placed by farthest points on what moves in any pose: the face, without the
 /// eyes and the back of the head.
 fn makehuman(shared: &Path, count: usize) -> Face {
@@ -214,7 +219,11 @@ fn poses_that_no_example_shows_hold_on_another_head() {
             let off = MM * farthest(&exact, &pose.positions);
             // An example may turn triangles over by itself. Playback keeps such triangles.
             let [positions] = &played(&rig, &handles, OutputStage::Full)[..] else { unreachable!() };
-            assert!(farthest(positions, &exact) < 1e-5, "{}: {}", pose.name, farthest(positions, &exact));
+            // Where the rig misses its example by more, lids may come nearer to it.
+            let moved = farthest(positions, &exact);
+            assert!(moved < 1e-5 || MM * moved < off, "{}: {moved}, the rig is {off} mm off", pose.name);
+            let [played, evaluated] = [positions, &exact].map(|x| squared(x, &pose.positions));
+            assert!(played < 1.001 * evaluated + 1e-7, "{}: {played} instead of {evaluated}", pose.name);
             println!("{count} handles, {}: within {off:.3} mm", pose.name);
             // A few evenly spread markers do not see every lid and lip.
             assert!(count < 90 || off < 1.5, "{}: {off} mm", pose.name);

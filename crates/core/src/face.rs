@@ -70,9 +70,9 @@ pub enum StrainEdges {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Bind {
     /// With the learned method, the examples decide. A component that is rigid in all of them moves as a
-    /// rigid part. The vertices of any other component have as much of the motion of the closest points of
-    /// the driven surface as predicts left-out examples best. With the chapter's method, components without a
-    /// handle do not move.
+    /// rigid part. Any other component follows the closest points of the driven surface, in part if
+    /// that predicts left-out examples much better. With the chapter's method, components without a handle do
+    /// not move.
     #[default]
     Auto,
     /// It does not move.
@@ -187,6 +187,8 @@ pub struct Settings {
     pub strain_edges: StrainEdges,
     /// K: influences kept per vertex, at least 1.
     pub max_influences: usize,
+    /// Whether lids slide on the eyeballs that are recognised (learned method).
+    pub eye_contact: bool,
 }
 
 impl Default for Settings {
@@ -200,6 +202,7 @@ impl Default for Settings {
             pins: Pins::default(),
             strain_edges: StrainEdges::default(),
             max_influences: 16,
+            eye_contact: true,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What a rig of the learned method has in addition to a rig of the chapter's method.
 use crate::rig::number;
 use crate::rig_check::finite;
-use crate::{HandleId, Result, Rig, Table, WrinkleStrains};
+use crate::{Contact, HandleId, Result, Rig, Table, WrinkleStrains};
 use rayon::prelude::*;
 use rhytid_kernels::bands::EDGES_SHARE;
 use rhytid_kernels::{Real, vec3};
@@ -42,6 +42,8 @@ pub struct Learned<T: Real = f32> {
     pub example_weights: Table<[T; 3]>,
     /// s_v² = Ŵᵀz/3P, V in mesh units squared: how much the examples move a vertex in addition to the shell.
     pub variances: Vec<T>,
+    /// Which vertices rest on eyeballs.
+    pub contact: Contact<T>,
 }
 
 impl<T: Real> Learned<T> {
@@ -70,6 +72,7 @@ impl<T: Real> Learned<T> {
             feature_gains: self.feature_gains.map(|x| number(*x)),
             example_weights: self.example_weights.map(|c| c.map(number)),
             variances: self.variances.iter().map(|x| number(*x)).collect(),
+            contact: self.contact.cast(),
         }
     }
 }

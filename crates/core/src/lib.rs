@@ -26,6 +26,7 @@ mod atomic_file;
 mod backend;
 pub mod buffer_ring;
 pub mod channel;
+mod contact;
 mod error;
 mod explain;
 mod face;
@@ -65,6 +66,7 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use channel::{Channel, ChannelKind};
+pub use contact::{Contact, Eyeball, LidVertex};
 pub use error::DeviceErrorKind;
 pub use error::Error;
 pub use error::InputError;

@@ -110,6 +110,7 @@ impl<T: Real> RigParts<T> {
     fn check_learned(&self, learned: &Learned<T>) -> Result<()> {
         let (v, p, a) = (self.surface.rest.len(), self.examples.len(), learned.anchors_per_vertex());
         counted("variances", learned.variances.len(), v)?;
+        learned.contact.check(v)?;
         if !learned.prior_lengths.is_empty() {
             counted("prior_lengths", learned.prior_lengths.len(), self.handles.features())?;
             finite("prior_lengths", &learned.prior_lengths)?;
@@ -178,7 +179,7 @@ fn check_faces<T: Real>(surface: &Surface<T>) -> Result<()> {
     }
 }
 
-fn fail(message: String) -> Result<()> {
+pub(crate) fn fail(message: String) -> Result<()> {
     Err(Error::rig_damaged(message))
 }
 
@@ -198,7 +199,7 @@ fn shaped<E>(name: &str, table: &Table<E>, rows: usize, columns: usize) -> Resul
     Ok(())
 }
 
-fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
+pub(crate) fn below(name: &str, indices: &[u32], end: usize) -> Result<()> {
     match indices.iter().position(|&i| i as usize >= end) {
         Some(at) => fail(format!("{name}[{at}] is {}, expected an index below {end}", indices[at])),
         None => Ok(()),

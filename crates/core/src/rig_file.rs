@@ -2,9 +2,9 @@
 //!
 //! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
 use crate::{
-    AtomicFile, Error, Examples, Faces, FineScale, HandleId, HandleSet, Influences, InputErrorKind, Learned,
-    Materials, Result, Rig, RigParts, StrainEdgeId, Surface, SurfacePoint, Table, UpAxis, Uvs, VertexId,
-    WrinkleStrains, input_file,
+    AtomicFile, Contact, Error, Examples, Eyeball, Faces, FineScale, HandleId, HandleSet, Influences,
+    InputErrorKind, Learned, LidVertex, Materials, Result, Rig, RigParts, StrainEdgeId, Surface,
+    SurfacePoint, Table, UpAxis, Uvs, VertexId, WrinkleStrains, input_file,
 };
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -12,8 +12,11 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The version of a rig that was made with a prior.
-pub const VERSION: u32 = 8;
+/// The version of a rig whose lids slide on eyeballs.
+pub const VERSION: u32 = 9;
+
+/// The version of a rig without eyeballs that was made with a prior.
+const PRIOR_VERSION: u32 = 8;
 
 /// The version of a rig with handles that are at no vertex, made without a prior.
 const POINTS_VERSION: u32 = 7;
@@ -28,7 +31,8 @@ const LEARNED_VERSION: u32 = 5;
 const CHAPTER_VERSION: u32 = 2;
 
 /// The versions that can be read.
-const VERSIONS: [u32; 5] = [CHAPTER_VERSION, LEARNED_VERSION, TURNING_VERSION, POINTS_VERSION, VERSION];
+const VERSIONS: [u32; 6] =
+    [CHAPTER_VERSION, LEARNED_VERSION, TURNING_VERSION, POINTS_VERSION, PRIOR_VERSION, VERSION];
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
 const METADATA_KEY: &str = "rhytid";
@@ -184,6 +188,7 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
             let lengths = &learned.prior_lengths;
             tensors.push(Tensor::f32s("prior_lengths", lengths, vec![lengths.len()]));
         }
+        tensors.extend(Tensor::contact(&learned.contact));
         if !learned.example_weights.is_empty() {
             tensors.push(Tensor::vectors("example_weights", &learned.example_weights));
         }
@@ -220,6 +225,25 @@ impl Tensor {
         vec![
             Self::u32s("handles", VertexId::numbers(&corners), vec![points.len(), 3]),
             Self::f32s("handle_weights", &weights, vec![points.len(), 3]),
+        ]
+    }
+
+    /// Nothing without an eyeball.
+    fn contact(contact: &Contact) -> Vec<Self> {
+        let Contact { eyeballs, lids } = contact;
+        if eyeballs.is_empty() {
+            return Vec::new();
+        }
+        let corners: Vec<VertexId> = eyeballs.iter().flat_map(|eyeball| eyeball.corners).collect();
+        let weights: Vec<f32> = eyeballs.iter().flat_map(|eyeball| eyeball.weights).collect();
+        let vertices: Vec<u32> =
+            lids.iter().flat_map(|lid| [lid.vertex.0, lid.eyeball, lid.leader]).collect();
+        let distances: Vec<f32> = lids.iter().flat_map(|lid| [lid.nearest, lid.farthest]).collect();
+        vec![
+            Self::u32s("eyeball_corners", VertexId::numbers(&corners), vec![eyeballs.len(), 4]),
+            Self::f32s("eyeball_weights", &weights, vec![eyeballs.len(), 4]),
+            Self::u32s("lid_vertices", &vertices, vec![lids.len(), 3]),
+            Self::f32s("lid_distances", &distances, vec![lids.len(), 2]),
         ]
     }
 
@@ -280,7 +304,8 @@ impl Metadata {
         let beta = rig.influences().beta;
         Self {
             version: match rig.learned() {
-                Some(learned) if !learned.prior_lengths.is_empty() => VERSION,
+                Some(learned) if !learned.contact.eyeballs.is_empty() => VERSION,
+                Some(learned) if !learned.prior_lengths.is_empty() => PRIOR_VERSION,
                 _ if handles.points.iter().any(|point| point.vertex().is_none()) => POINTS_VERSION,
                 _ if handles.rotations => TURNING_VERSION,
                 Some(_) => LEARNED_VERSION,
@@ -472,6 +497,35 @@ impl Arrays<'_> {
                 false => Table::without_columns(vertices),
             },
             variances: self.f32s("variances", &[Some(vertices)])?,
+            contact: self.contact()?,
+        })
+    }
+
+    fn contact(&self) -> Result<Contact> {
+        if !self.has("eyeball_corners") {
+            return Ok(Contact::default());
+        }
+        let corners = self.u32s("eyeball_corners", &[None, Some(4)])?;
+        let corners = corners.as_chunks::<4>().0;
+        let weights = vectors::<4>(self.f32s("eyeball_weights", &[Some(corners.len()), Some(4)])?);
+        let eyeballs = corners.iter().zip(weights);
+        let vertices = self.u32s("lid_vertices", &[None, Some(3)])?;
+        let vertices = vertices.as_chunks::<3>().0;
+        let distances = vectors::<2>(self.f32s("lid_distances", &[Some(vertices.len()), Some(2)])?);
+        let lids = vertices.iter().zip(distances);
+        Ok(Contact {
+            eyeballs: eyeballs
+                .map(|(corners, weights)| Eyeball { corners: corners.map(VertexId), weights })
+                .collect(),
+            lids: lids
+                .map(|(&[vertex, eyeball, leader], [nearest, farthest])| LidVertex {
+                    vertex: VertexId(vertex),
+                    eyeball,
+                    leader,
+                    nearest,
+                    farthest,
+                })
+                .collect(),
         })
     }
 

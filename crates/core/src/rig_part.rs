@@ -1,6 +1,8 @@
 //! A few vertices of a rig as a rig of their own.
 
-use crate::{Faces, FineScale, HandleSet, Influences, Learned, Rig, RigParts, Surface, Table, VertexId};
+use crate::{
+    Contact, Faces, FineScale, HandleSet, Influences, Learned, Rig, RigParts, Surface, Table, VertexId,
+};
 use rhytid_kernels::Real;
 
 const ABSENT: VertexId = VertexId(u32::MAX);
@@ -94,6 +96,8 @@ impl Rows<'_> {
             example_weights: self.select(&learned.example_weights),
             variances: self.kept.iter().map(|v| learned.variances[v.index()]).collect(),
             prior_lengths: learned.prior_lengths.clone(),
+            // It needs whole eyeballs, and belongs to whole frames.
+            contact: Contact::default(),
             ..*learned
         }
     }

@@ -62,6 +62,7 @@ pub(crate) fn learn(parts: &mut RigParts<f64>) {
         feature_gains: Table::filled(vertices, k + a, 0.0),
         example_weights: Table::new(vertices, p, example_weights),
         variances: vec![1.0; vertices],
+        contact: <_>::default(),
     });
 }
 

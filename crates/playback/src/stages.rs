@@ -3,10 +3,11 @@
 //! [`Evaluate`] evaluates frames on the device, a batch at a time. Then [`Stages`] finishes each frame on the
 //! host, in place.
 //!
-//! evaluate · edits begin · fade · untangle · edits end · correct · refine · bake
+//! evaluate · edits begin · fade · untangle · eye contact · edits end · correct · refine · bake
 
 use crate::affected_region::{AffectedRegion, PartialEvaluation, PartialFrame};
 use crate::bake::bake;
+use crate::contact::EyeContact;
 use crate::context::{Context, stages};
 use crate::correction::Correction;
 use crate::edit_falloff::EditFalloff;
@@ -14,9 +15,15 @@ use crate::fade::Fade;
 use crate::local_normals;
 use crate::refined::Refined;
 use crate::untangle::Untangle;
-use rhytid_core::{Result, RigidMotion, Stage};
+use rhytid_core::{Result, Rig, RigidMotion, Stage};
 use rhytid_devices::Evaluator;
 use std::ops::Range;
+
+/// Whether frames of a rig are finished on the host, whatever is asked for: the buffers of a device do not
+/// have whole frames then.
+pub fn finishes_frames_on_host(rig: &Rig) -> bool {
+    Untangle::is_for(rig) || EyeContact::is_for(rig)
+}
 
 /// The changes to frames after their evaluation.
 #[derive(Default)]
@@ -25,6 +32,7 @@ pub(crate) struct FrameEffects<'c> {
     pub region: Option<AffectedRegion>,
     pub corrections: &'c [Correction],
     pub untangle: Option<&'c Untangle<'c>>,
+    pub eye_contact: Option<&'c EyeContact<'c>>,
     pub refine: bool,
     /// The head pose that is baked into each frame.
     pub head: Option<&'c [RigidMotion]>,
@@ -135,6 +143,8 @@ pub(crate) struct Stages<'c> {
     pub corrected: Vec<Vec<f64>>,
     /// The triangles at vertices that follow edits of markers, as [`Untangle::at`] gives them.
     edited_triangles: Vec<u32>,
+    /// The triangles at lids, as [`Untangle::at`] gives them.
+    lid_triangles: Vec<u32>,
     /// V: whether edits of markers change the vertex's normal.
     is_beside: Vec<bool>,
     /// V positions of the large scale. Only those that edits affect are set.
@@ -170,6 +180,11 @@ impl<'c> Stages<'c> {
             refined,
             corrected: vec![Vec::new(); effects.corrections.len()],
             edited_triangles: effects.untangle.and_then(triangles).unwrap_or_default(),
+            lid_triangles: effects
+                .untangle
+                .zip(effects.eye_contact)
+                .map(|(untangle, eye_contact)| untangle.at(eye_contact.vertices()))
+                .unwrap_or_default(),
             is_beside: falloff.map(beside).unwrap_or_default(),
             large_scale: Vec::new(),
             with_edits: WithEdits::default(),
@@ -182,6 +197,7 @@ impl<'c> Stages<'c> {
         self.edits_begin(frame, large_scale, partial);
         self.fade(frame, large_scale);
         self.untangle(frame);
+        self.eye_contact(frame);
         self.edits_end(frame);
         self.correct(frame);
         self.refine(frame);
@@ -255,6 +271,24 @@ impl<'c> Stages<'c> {
             untangle.frame(unedited, frame.positions, frame.normals);
         } else {
             untangle.frame(edited, frame.positions, frame.normals);
+        }
+    }
+
+    /// Keeps lids on their eyeballs, and turns back triangles that this turns over.
+    fn eye_contact(&mut self, frame: &mut FrameBuffers<'_>) {
+        let Some(eye_contact) = self.effects.eye_contact else { return };
+        let (untangle, triangles, context) = (self.effects.untangle, &self.lid_triangles, self.context);
+        let keep = |poses, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]| {
+            eye_contact.frame(positions, normals);
+            if let Some(untangle) = untangle {
+                untangle.frame_at(triangles, context.pose(poses, frame.number), positions, normals);
+            }
+        };
+        if self.with_edits.is_there {
+            keep(context.edited, &mut self.with_edits.positions, &mut []);
+            keep(context.unedited, frame.positions, frame.normals);
+        } else {
+            keep(context.edited, frame.positions, frame.normals);
         }
     }
 

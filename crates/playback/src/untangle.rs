@@ -68,7 +68,7 @@ struct Triangle {
 impl<'a> Untangle<'a> {
     /// `None` for a rig without learned detail.
     pub(crate) fn new(rig: &'a Rig, vertex_triangles: Arc<VertexTriangles>) -> Option<Self> {
-        let learned = rig.learned().filter(|_| !rig.examples().names.is_empty())?;
+        let learned = rig.learned().filter(|_| Self::is_for(rig))?;
         let mut is_free: Vec<bool> = rig.basis().rows().map(|row| row.iter().any(|b| *b != 0.0)).collect();
         rig.handles().held().for_each(|v| is_free[v.index()] = false);
         let triangle = |(index, &corners): (usize, &[u32; 3])| {
@@ -91,6 +91,11 @@ impl<'a> Untangle<'a> {
             is_free,
             example_vectors: Table::new(features, examples, by_feature),
         })
+    }
+
+    /// Whether the rig has learned detail.
+    pub(crate) fn is_for(rig: &Rig) -> bool {
+        rig.learned().is_some() && !rig.examples().names.is_empty()
     }
 
     /// Moves a frame's V positions so that no triangle is turned over, and updates its normals.

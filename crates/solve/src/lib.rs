@@ -34,6 +34,7 @@
 mod align;
 pub mod basis;
 mod bind;
+mod contact;
 mod detail;
 mod doctor;
 mod driven;
@@ -52,6 +53,7 @@ mod system;
 pub mod tangent_frames;
 
 pub use align::{Misplaced, misplaced};
+pub use contact::FoundEyeball;
 pub use doctor::{Finding, Report, Severity, check, examine};
 pub use driven::DrivenComponents;
 pub use learned::{
@@ -63,8 +65,8 @@ pub use soft_shell::SoftShell;
 pub use system::System;
 
 use rhytid_core::{
-    Bind, Error, Examples, Face, FineScale, HandleId, HandleSet, Influences, Learned, Method, Progress,
-    Result, Rig, RigParts, StrainEdges, Surface, Table, VertexId,
+    Bind, Contact, Error, Examples, Face, FineScale, HandleId, HandleSet, Influences, Learned, Method,
+    Progress, Result, Rig, RigParts, StrainEdges, Surface, Table, VertexId,
 };
 use rhytid_geometry::{Topology, geodesic, laplacian, triangulate};
 
@@ -108,6 +110,8 @@ pub struct SolveReport {
     pub kept: Vec<f64>,
     /// The parts without a handle, in the order of their lowest vertices. Empty with the chapter's method.
     pub parts: Vec<FreePart>,
+    /// The eyeballs on which lids slide.
+    pub eyeballs: Vec<FoundEyeball>,
 }
 
 impl SolveReport {
@@ -204,7 +208,11 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
                     skin_area: learned::skin_area(&shell),
                 });
             }
-            steps.finish(&settings, &shell.handles)
+            let mut contact = Contact::default();
+            if face.settings.eye_contact {
+                (contact, report.eyeballs) = contact::recognise(&shell, face, &report.parts);
+            }
+            steps.finish(&settings, &shell.handles, contact)
         }
     };
     if let Some(v) = not_finite(&shell.basis, &details.fine_scale.rbf_weights) {

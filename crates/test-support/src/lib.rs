@@ -1,10 +1,11 @@
 //! Helpers that the tests of several crates share.
 //!
-//! They are skips, the data beside the project, a small face, and the programs that `cargo xtask setup`
+//! They are skips, the data beside the project, small faces, and the programs that `cargo xtask setup`
 //! installs. There are also readings of `/proc`, the log, and a device that fails.
 #![forbid(unsafe_code)]
 
 mod data;
+pub mod eye;
 pub mod flaky;
 mod logged;
 mod memory;

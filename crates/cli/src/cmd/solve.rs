@@ -14,7 +14,9 @@ use rhytid::evaluate::Faded;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{Reach, project, refuse_inputs};
 use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
-use rhytid::solve::{Candidate, FreeMotion, FreePart, Report, Severity, SolveReport, TakenPrior};
+use rhytid::solve::{
+    Candidate, FoundEyeball, FreeMotion, FreePart, Report, Severity, SolveReport, TakenPrior,
+};
 use rhytid::{Error, Face, Progress, Result, Rig};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -75,6 +77,14 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
     })
 }
 
+/// An eyeball on which lids slide.
+#[derive(Serialize)]
+struct EyeballSummary {
+    first_vertex: u32,
+    radius_mm: f64,
+    lid_vertices: usize,
+}
+
 /// The JSON that is printed.
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -88,6 +98,8 @@ struct Summary<'a> {
     bending_length_mm: f64,
     pins: usize,
     parts_without_handle: usize,
+    /// The eyeballs on which lids slide.
+    eyeballs: Vec<EyeballSummary>,
     /// How near the rig is to the rest pose and to each example.
     scans: Vec<ScanSummary<'a>>,
     /// The choice of share and ridge, the chosen pair first.
@@ -159,6 +171,11 @@ impl<'a> Summary<'a> {
             left_out_mm: Some(candidate.leave_one_out * millimetres).filter(|x| x.is_finite()),
             misfit_mm: Some(candidate.misfit * millimetres).filter(|x| x.is_finite()),
         };
+        let eyeball = |eyeball: &FoundEyeball| EyeballSummary {
+            first_vertex: eyeball.first_vertex.0,
+            radius_mm: eyeball.radius * millimetres,
+            lid_vertices: eyeball.lid_vertices,
+        };
         let finished = ui.finished();
         let step =
             |(step, time): &(&'static str, Duration)| StepSummary { step, seconds: time.as_secs_f64() };
@@ -173,6 +190,7 @@ impl<'a> Summary<'a> {
             bending_length_mm: rig.bending_length() * millimetres,
             pins: solved.report.pins,
             parts_without_handle: solved.report.parts.len(),
+            eyeballs: solved.report.eyeballs.iter().map(eyeball).collect(),
             scans: solved.scans.iter().map(scan).collect(),
             candidates: solved.report.candidates.iter().map(candidate).collect(),
             prior: solved
@@ -440,6 +458,18 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
         lines.push(line);
     }
     lines.extend(free_parts(&report.parts));
+    if !report.eyeballs.is_empty() {
+        let told = |eyeball: &FoundEyeball| {
+            format!(
+                "{} vertices on the eyeball from {} on, of {} mm",
+                human::count(eyeball.lid_vertices),
+                eyeball.first_vertex,
+                human::number((eyeball.radius * metres_per_unit * 1e4).round() / 10.0)
+            )
+        };
+        let told: Vec<String> = report.eyeballs.iter().map(told).collect();
+        lines.push(format!("lids slide on eyeballs: {}", told.join(", ")));
+    }
     lines
 }
 

@@ -6,6 +6,7 @@ mod bench;
 mod budgets;
 mod channels;
 mod common;
+mod contact;
 mod device_choice;
 mod drivers;
 mod edits;

@@ -114,6 +114,34 @@ fn a_rig_with_a_prior_has_lengths_and_a_version() {
 }
 
 #[test]
+fn a_rig_with_eyeballs_has_lids_and_a_version() {
+    let rig = solve(&rhytid_test_support::eye::face(), &NoProgress).unwrap().rounded().unwrap();
+    let bytes = rig_file::encode(&rig).unwrap();
+    let (header, _) = parse(&bytes);
+    let lids = rig.learned().unwrap().contact.lids.len();
+    assert!(lids > 20);
+    assert_eq!(header["eyeball_corners"]["shape"], json!([1, 4]));
+    assert_eq!(header["eyeball_weights"]["shape"], json!([1, 4]));
+    assert_eq!(header["lid_vertices"]["shape"], json!([lids, 3]));
+    assert_eq!(header["lid_distances"]["shape"], json!([lids, 2]));
+    assert!(header["__metadata__"]["rhytid"].as_str().unwrap().starts_with("{\"version\":9,"));
+    assert_eq!(rig_file::decode(&bytes, "rig").unwrap(), rig);
+    let damaged = |array: &str, element: usize, value: u32| {
+        with_element_of(&bytes, array, element, value.to_le_bytes())
+    };
+    refused(&damaged("eyeball_corners", 2, u32::MAX), &["eyeball_corners[2]", "index below"]);
+    refused(&damaged("eyeball_weights", 1, f32::NAN.to_bits()), &["eyeball_weights[1]"]);
+    refused(&damaged("lid_vertices", 3, u32::MAX), &["lid_vertices[1]", "index below"]);
+    refused(&damaged("lid_vertices", 4, 1), &["lid_vertices[1]", "eyeball"]);
+    refused(&damaged("lid_vertices", 5, lids as u32), &["lid_vertices[1]"]);
+    refused(&damaged("lid_distances", 4, 0.0_f32.to_bits()), &["lid_distances[2]", "above 0"]);
+    refused(&damaged("lid_distances", 5, 1e-3_f32.to_bits()), &["lid_distances[2]", "smaller one first"]);
+    // A part of the vertices has no whole eyeball.
+    let part = rig.part(&[VertexId(3), VertexId(70)]);
+    assert!(part.learned().unwrap().contact.eyeballs.is_empty());
+}
+
+#[test]
 fn handles_inside_triangles_have_weights_and_a_version() {
     let rig = inside_a_triangle();
     let bytes = rig_file::encode(&rig).unwrap();
@@ -301,17 +329,17 @@ fn files_cut_short_anywhere() {
 #[test]
 fn other_versions_and_other_files() {
     // Earlier versions that are no longer written, and later ones.
-    for version in [0, 1, 3, 4, 9, u32::MAX] {
+    for version in [0, 1, 3, 4, 10, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
         let kind = refused(
             &bytes,
-            &[&format!("version {version}, expected 2, 5, 6, 7 or 8"), "solve the face again"],
+            &[&format!("version {version}, expected 2, 5, 6, 7, 8 or 9"), "solve the face again"],
         );
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // Such a file may have entirely different metadata, and arrays that are unknown here.
-    let newer = with_metadata(|m| *m = json!({"version": 9}));
-    refused(&newer, &["version 9, expected 2, 5, 6, 7 or 8"]);
+    let newer = with_metadata(|m| *m = json!({"version": 10}));
+    refused(&newer, &["version 10, expected 2, 5, 6, 7, 8 or 9"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],

@@ -3,8 +3,9 @@ use proptest::prelude::*;
 use rhytid_core::{Bind, Error, Reach, UpAxis, WrinkleStrains};
 use rhytid_formats::mesh::NormalMapConvention;
 use rhytid_formats::project::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, PriorSection, Project, StrainSection, Units, parse, read, write,
+    ContactSection, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection,
+    LearnedSection, MeshSection, Method, PinsSection, PriorSection, Project, StrainSection, Units, parse,
+    read, write,
 };
 use std::path::PathBuf;
 
@@ -39,6 +40,8 @@ auto = false
 vertices = "skull.csv"
 box = [[9, 20, -2], [-9.0, 5.5, -12]]
 groups = ["skull", "ears"]
+[contact]
+eyes = false
 [large_scale]
 bending_length = 3.0
 bind = "nearest"
@@ -99,6 +102,7 @@ fn full() -> Project {
             bounds: Some([[-9.0, 5.5, -12.0], [9.0, 20.0, -2.0]]),
             groups: vec!["skull".into(), "ears".into()],
         },
+        contact: ContactSection { eyes: false },
         large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest, rotations: false },
         strain: StrainSection { edges: Edges::File("edges.csv".into()) },
         fine_scale: FineScaleSection { max_influences: 8 },
@@ -147,7 +151,7 @@ fn the_former_names_of_keys_are_understood() {
     assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
     let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
     let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
-    let words = "line 46: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    let words = "line 48: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
     assert!(found.sentence().contains(words), "{found}");
 }
 
@@ -171,6 +175,7 @@ fn what_is_left_out_has_its_default() {
             examples: vec![],
             prior: None,
             pins: PinsSection::default(),
+            contact: ContactSection { eyes: true },
             large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto, rotations: false },
             strain: StrainSection { edges: Edges::Auto },
             fine_scale: FineScaleSection { max_influences: 16 },
@@ -305,6 +310,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             .collect(),
         prior: None,
         pins: PinsSection { auto: choices.0.map(|x| x > 1.0), ..PinsSection::default() },
+        contact: ContactSection { eyes: choices.1 },
         large_scale: LargeScaleSection {
             bending_length: choices.0,
             bind: if choices.1 { Bind::Nearest } else { Bind::Rigid },

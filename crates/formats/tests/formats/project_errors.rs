@@ -44,13 +44,13 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "[handles]",
             "[handels]",
             "face.toml, line 5: unknown key \"handels\" (did you mean \"handles\"?), \
-             expected method, align, mesh, handles, example, prior, pins, large_scale, strain, fine_scale, learned",
+             expected method, align, mesh, handles, example, prior, pins, contact, large_scale, strain, fine_scale, learned",
         ),
         (
             "[[example]]",
             "[[examples]]",
             "face.toml, line 8: unknown key \"examples\" (did you mean \"example\"?), \
-             expected method, align, mesh, handles, example, prior, pins, large_scale, strain, fine_scale, learned",
+             expected method, align, mesh, handles, example, prior, pins, contact, large_scale, strain, fine_scale, learned",
         ),
         (
             "mesh = \"poses",

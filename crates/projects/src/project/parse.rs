@@ -2,8 +2,8 @@
 //! touched.
 use super::prior;
 use super::sections::{
-    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
-    Method, PinsSection, PriorSection, Project, StrainSection, Units,
+    ContactSection, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection,
+    LearnedSection, MeshSection, Method, PinsSection, PriorSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
@@ -30,6 +30,7 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
         "example",
         "prior",
         "pins",
+        "contact",
         "large_scale",
         "strain",
         "fine_scale",
@@ -43,6 +44,7 @@ pub fn parse(text: &str, name: &str) -> Result<Project> {
         examples: examples(&root)?,
         prior: root.section("prior")?.map(|s| prior_section(&s)).transpose()?,
         pins: root.section("pins")?.map_or_else(|| Ok(<_>::default()), |s| pins(&s))?,
+        contact: root.section("contact")?.map_or_else(|| Ok(<_>::default()), |s| contact(&s))?,
         large_scale: root.section("large_scale")?.map_or_else(|| Ok(<_>::default()), |s| large_scale(&s))?,
         strain: root.section("strain")?.map_or_else(|| Ok(<_>::default()), |s| strain(&s))?,
         fine_scale: root.section("fine_scale")?.map_or_else(|| Ok(<_>::default()), |s| fine_scale(&s))?,
@@ -376,6 +378,11 @@ fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
     };
     let rotations = section.truth("rotations")?.unwrap_or_default();
     Ok(LargeScaleSection { bending_length, bind, rotations })
+}
+
+fn contact(section: &Section<'_>) -> Result<ContactSection> {
+    section.allow(&["eyes"])?;
+    Ok(ContactSection { eyes: section.truth("eyes")?.unwrap_or(true) })
 }
 
 fn strain(section: &Section<'_>) -> Result<StrainSection> {

@@ -28,6 +28,9 @@ pub struct Project {
     pub pins: PinsSection,
     /// `[large_scale]`.
     pub large_scale: LargeScaleSection,
+    /// `[contact]`.
+    #[serde(skip_serializing_if = "ContactSection::is_default")]
+    pub contact: ContactSection,
     /// `[strain]`.
     pub strain: StrainSection,
     /// `[fine_scale]`.
@@ -149,6 +152,25 @@ pub struct LargeScaleSection {
     /// Whether the handles turn.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub rotations: bool,
+}
+
+/// `[contact]`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct ContactSection {
+    /// Whether lids slide on the eyeballs that are recognised.
+    pub eyes: bool,
+}
+
+impl Default for ContactSection {
+    fn default() -> Self {
+        Self { eyes: true }
+    }
+}
+
+impl ContactSection {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// `[strain]`.

@@ -14,16 +14,19 @@ use rhytid_kernels::vec3;
 const LEFT_OUT: LinearSettings =
     LinearSettings { share: 0.2, ridge: 1e-2, marker_noise: 0.0, reach: f64::INFINITY };
 
-/// A vertex counts as if it had followed the skin by this many millimetres. Where the examples say little, it
+/// A vertex counts as if it had followed the skin by this part of L. Where the examples say little, it
 /// follows the skin.
-const ASSUMED: f64 = 0.05;
+const ASSUMED: f64 = 0.002;
+
+/// A part is a blend only if its squared errors are below this part of those with all of the skin's motion.
+const BETTER: f64 = 0.5;
 
 /// Gives the vertices of parts that follow the skin their rows of the basis, and those of blends their
 /// influences.
 ///
-/// A blend listens to the handles near the closest skin, as `influences` have it, or to those around its
-/// centroid. It takes those that predict left-out examples better. `mean` is L, and `millimetre` a
-/// millimetre, in mesh units.
+/// A part that may be a blend has all of the skin's motion and listens to the handles near the closest skin,
+/// as `influences` have it. Or it is a blend, and listens to the handles around its centroid. It is a blend
+/// if that predicts left-out examples much better. `mean` is L in mesh units.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Internal`] if a system has no solution in floating point.
@@ -34,7 +37,6 @@ pub(crate) fn bind(
     influences: &mut LinearInfluences,
     parts: &mut [FreePart],
     mean: f64,
-    millimetre: f64,
 ) -> Result<()> {
     let Shell { surface, parts: components, pinned, basis, .. } = shell;
     let members = components.without_handle();
@@ -63,23 +65,21 @@ pub(crate) fn bind(
             *moved = vec3::sub(example.positions[v.index()], rest[v.index()]);
         }
     }
-    let of_examples = OfExamples { moved, left, strains, assumed: ASSUMED * millimetre };
+    let of_examples = OfExamples { moved, left, strains, assumed: ASSUMED * mean };
     for (part, vertices) in blends {
-        let as_skin = of_examples.skin_parts(influences, vertices)?;
         let near_skin = influences.of(vertices);
+        let of_skin = of_examples.errors(&of_examples.left, influences, vertices)?;
         influences.around(&shell.handles, centroid(rest, vertices).to_array(), vertices, mean);
-        let around = of_examples.skin_parts(influences, vertices)?;
-        let skin = match around.squares < as_skin.squares {
-            true => around.skin,
-            false => {
-                influences.set(vertices, &near_skin);
-                as_skin.skin
-            }
-        };
-        for (v, skin) in vertices.iter().zip(&skin) {
+        let blend = of_examples.blend(influences, vertices)?;
+        if blend.squares >= BETTER * squares(&of_skin) {
+            part.motion = FreeMotion::Skin;
+            influences.set(vertices, &near_skin);
+            continue;
+        }
+        for (v, skin) in vertices.iter().zip(&blend.skin) {
             shell.basis.row_mut(v.index()).iter_mut().for_each(|b| *b *= skin);
         }
-        part.motion = FreeMotion::Blend { skin: skin.iter().sum::<f64>() / skin.len() as f64 };
+        part.motion = FreeMotion::Blend { skin: blend.skin.iter().sum::<f64>() / vertices.len() as f64 };
     }
     Ok(())
 }
@@ -95,8 +95,8 @@ struct OfExamples<'a> {
     assumed: f64,
 }
 
-/// How much of the skin's motion vertices have.
-struct SkinParts {
+/// How much of the skin's motion the vertices of a part have.
+struct Blend {
     /// w, 0 to 1.
     skin: Vec<f64>,
     /// The sum of the squared errors of left-out examples, in mesh units squared.
@@ -104,6 +104,19 @@ struct SkinParts {
 }
 
 impl OfExamples<'_> {
+    /// The error of each left-out example at `vertices`, where the linear band learns from `of`, V×P.
+    ///
+    /// # Errors
+    /// As [`leave_one_out`].
+    fn errors(
+        &self,
+        of: &Table<[f64; 3]>,
+        influences: &LinearInfluences,
+        vertices: &[VertexId],
+    ) -> Result<Table<[f64; 3]>> {
+        leave_one_out(self.strains, influences, of, LEFT_OUT, vertices)
+    }
+
     /// w of each of `vertices`.
     ///
     /// A vertex has w times the motion of the skin, and the linear band learns what is left. If an example is
@@ -112,10 +125,10 @@ impl OfExamples<'_> {
     ///
     /// # Errors
     /// As [`leave_one_out`].
-    fn skin_parts(&self, influences: &LinearInfluences, vertices: &[VertexId]) -> Result<SkinParts> {
-        let errors = |of: &Table<[f64; 3]>| leave_one_out(self.strains, influences, of, LEFT_OUT, vertices);
-        let (without, with) = (errors(&self.moved)?, errors(&self.left)?);
-        let mut found = SkinParts { skin: Vec::new(), squares: 0.0 };
+    fn blend(&self, influences: &LinearInfluences, vertices: &[VertexId]) -> Result<Blend> {
+        let without = self.errors(&self.moved, influences, vertices)?;
+        let with = self.errors(&self.left, influences, vertices)?;
+        let mut found = Blend { skin: Vec::new(), squares: 0.0 };
         for (without, with) in without.rows().zip(with.rows()) {
             let assumed = self.assumed * self.assumed;
             let (mut square, mut product, mut of_skin) = (assumed, assumed, assumed);
@@ -131,4 +144,8 @@ impl OfExamples<'_> {
         }
         Ok(found)
     }
+}
+
+fn squares(errors: &Table<[f64; 3]>) -> f64 {
+    errors.as_slice().iter().map(|e| vec3::dot(*e, *e)).sum()
 }

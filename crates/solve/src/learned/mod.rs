@@ -36,8 +36,8 @@ use prior::PriorBand;
 use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{
-    Example, Face, FineScale, HandleSet, Influences, Learned, LearnedSettings, Motions, Progress, Result,
-    SurfacePoint, Table, VertexId, WrinkleStrains,
+    Contact, Example, Face, FineScale, HandleSet, Influences, Learned, LearnedSettings, Motions, Progress,
+    Result, SurfacePoint, Table, VertexId, WrinkleStrains,
 };
 use rhytid_kernels::{large_scale, vec3};
 pub use scan_plan::{PlannedScan, ScanPlan, plan_scans};
@@ -123,15 +123,14 @@ pub(crate) fn learn(
     };
     let (mut strains, of_expressions) = (strains_of(examples), strains_of(expressions));
     let of_shown = if examples.is_empty() { &of_expressions } else { &strains };
-    let millimetre = MILLIMETRE / face.metres_per_unit;
-    blend::bind(shell, shown, of_shown, &mut linear_influences, &mut free_parts, mean, millimetre)?;
+    blend::bind(shell, shown, of_shown, &mut linear_influences, &mut free_parts, mean)?;
     let smoothing = match examples.is_empty() && expressions.is_empty() {
         true => None,
         false => Some(smoothing_of(shell, mean, progress)?),
     };
     let mut smooth_residual = smooth_residual(shell, examples, smoothing.as_ref(), progress)?;
 
-    let marker_noise = settings.marker_noise * millimetre;
+    let marker_noise = settings.marker_noise * MILLIMETRE / face.metres_per_unit;
     let mut prior = match expressions.is_empty() {
         true => None,
         false => {
@@ -271,7 +270,12 @@ impl Steps {
     }
 
     /// The learned parts of a rig, except the basis.
-    pub(crate) fn finish(self, settings: &LearnedSettings, handles: &HandleSet<f64>) -> Details {
+    pub(crate) fn finish(
+        self,
+        settings: &LearnedSettings,
+        handles: &HandleSet<f64>,
+        contact: Contact<f64>,
+    ) -> Details {
         // At vertices that stay, the residual of the examples fades to less than float32 can tell apart.
         let nothing = (NOTHING * handles.feature_lengths().last().copied().unwrap_or_default()).powi(2);
         // The rest pose's weight is the sum of the others': b stands in its place.
@@ -304,6 +308,7 @@ impl Steps {
                     .into_iter()
                     .map(|s| if s < nothing { 0.0 } else { s })
                     .collect(),
+                contact,
             }),
         }
     }

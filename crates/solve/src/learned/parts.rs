@@ -48,8 +48,8 @@ impl FreeMotion {
 
 /// The source of each vertex's influences, and the parts without a handle.
 ///
-/// With [`Bind::Auto`], a part is a solid if it is rigid in all of `examples`, and a blend otherwise. A blend
-/// is here as if all of its motion were the skin's. The other values of `bind` decide for all parts.
+/// With [`Bind::Auto`], a part is a solid if it is rigid in all of `examples`. Otherwise it may be a blend,
+/// and is here as if all of its motion were the skin's. The other values of `bind` decide for all parts.
 pub(crate) fn sources(
     rest: &[[f64; 3]],
     parts: &DrivenComponents,

@@ -1,6 +1,7 @@
 //! The integration tests of this crate, in one program.
 mod choice;
 mod confidence;
+mod contact;
 mod doctor;
 mod large_scale;
 mod parts;

@@ -9,7 +9,7 @@ use rhytid::core::{Backend, DeviceInfo, channel};
 use rhytid::devices::Watch;
 use rhytid::devices::wgpu::{Wgpu, WgpuSession};
 use rhytid::formats::export::{OutputStage, Recipe};
-use rhytid::playback::{EditedTake, Layers, Playback, Selection};
+use rhytid::playback::{EditedTake, Layers, Playback, Selection, finishes_frames_on_host};
 use rhytid::render::Vertices;
 use rhytid::{Animator, Error, Progress, Result, Rig, Stage, UploadOptions};
 use std::time::{Duration, Instant};
@@ -56,8 +56,9 @@ pub(super) struct Wanted<'a> {
 
 impl Wanted<'_> {
     /// Whether a session's own buffers have everything: positions and normals.
-    fn is_drawn_from_a_session(&self) -> bool {
+    fn is_drawn_from_a_session(&self, rig: &Rig) -> bool {
         let is_more = self.on_host
+            || finishes_frames_on_host(rig)
             || self.large_scale
             || self.before.is_some()
             || self.truth.is_some()
@@ -78,9 +79,16 @@ pub(super) struct Frames<'a> {
 /// Where the frames are evaluated.
 enum On<'a> {
     /// On the device that draws, so that frames are drawn directly from its buffers.
-    Same { session: Box<Animator<WgpuSession>>, info: DeviceInfo, watch: Option<Watch<'a>> },
+    Same(Box<SameDevice<'a>>),
     /// On another device; with the other rig to put beside the result, if there is one.
-    Other { playback: Box<Playback<'a>>, before: Option<Playback<'a>> },
+    Other { playback: Box<Playback<'a>>, before: Option<Box<Playback<'a>>> },
+}
+
+/// The session of the device that draws.
+struct SameDevice<'a> {
+    session: Animator<WgpuSession>,
+    info: DeviceInfo,
+    watch: Option<Watch<'a>>,
 }
 
 /// The device to draw with, and the device named for evaluation (`None` for `auto`).
@@ -115,7 +123,7 @@ impl<'a> Frames<'a> {
         ui: &Ui,
     ) -> Result<Self> {
         let is_same = named.as_ref().map_or(!draws.is_software_driver(), |named| named == draws);
-        let same = match is_same && wanted.is_drawn_from_a_session() {
+        let same = match is_same && wanted.is_drawn_from_a_session(rig) {
             true => match On::same(rig, wgpu, draws) {
                 Err(error @ Error::Device { .. }) if named.is_none() => {
                     log::warn!("{error}; going on with another device");
@@ -135,7 +143,7 @@ impl<'a> Frames<'a> {
                 if let Some((layers, take)) = &wanted.layers {
                     playback = playback.with_layers(layers, take, ui)?;
                 }
-                On::Other { playback: Box::new(playback), before: before.transpose()? }
+                On::Other { playback: Box::new(playback), before: before.transpose()?.map(Box::new) }
             }
         };
         Ok(Self { rig, on, wanted, evaluation: Duration::ZERO })
@@ -144,7 +152,7 @@ impl<'a> Frames<'a> {
     /// The device that evaluates.
     pub(super) fn device(&self) -> &DeviceInfo {
         match &self.on {
-            On::Same { info, .. } => info,
+            On::Same(same) => &same.info,
             On::Other { playback, .. } => playback.device(),
         }
     }
@@ -161,7 +169,8 @@ impl<'a> Frames<'a> {
         mut each: impl FnMut(&Evaluated<'_>) -> Result<()>,
     ) -> Result<()> {
         match &mut self.on {
-            On::Same { session, watch, .. } => {
+            On::Same(same) => {
+                let SameDevice { session, watch, .. } = &mut **same;
                 let handles = take.take.pick(frames).handle_positions(&self.rig.handles().labels)?;
                 for handles in handles.chunks_exact(3 * self.rig.handles().len()) {
                     if ui.cancelled() {
@@ -190,8 +199,15 @@ impl<'a> Frames<'a> {
                 let is_kept = self.wanted.large_scale || self.wanted.before.is_some();
                 for frames in frames.chunks(if is_kept { BATCH } else { usize::MAX }) {
                     let begin = Instant::now();
-                    let drawn =
-                        hand_over(&mut self.wanted, playback, before.as_mut(), take, frames, ui, &mut each)?;
+                    let drawn = hand_over(
+                        &mut self.wanted,
+                        playback,
+                        before.as_deref_mut(),
+                        take,
+                        frames,
+                        ui,
+                        &mut each,
+                    )?;
                     self.evaluation += begin.elapsed().saturating_sub(drawn);
                 }
                 Ok(())
@@ -203,9 +219,9 @@ impl<'a> Frames<'a> {
 impl On<'_> {
     fn same<'a>(rig: &'a Rig, wgpu: &Wgpu, info: &DeviceInfo) -> Result<On<'a>> {
         let options = UploadOptions::frames(1);
-        let mut session = Box::new(Animator::new(wgpu, rig, options)?);
+        let mut session = Animator::new(wgpu, rig, options)?;
         let watch = Watch::begin(rig, options, info, &mut session)?;
-        Ok(On::Same { session, info: info.clone(), watch })
+        Ok(On::Same(Box::new(SameDevice { session, info: info.clone(), watch })))
     }
 }
 

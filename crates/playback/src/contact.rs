@@ -1,0 +1,190 @@
+//! Keeps lids on their eyeballs.
+
+use crate::local_normals;
+use rhytid_core::{LidVertex, Rig};
+use rhytid_kernels::normals::VertexTriangles;
+use rhytid_kernels::vec3;
+use std::sync::Arc;
+
+/// The lids of a rig that has any (`docs/method.md`, eyelids on eyeballs).
+///
+/// A vertex that is nearer to the centre of its eyeball than [`LidVertex::nearest`] moves straight away from
+/// the centre, and one beyond [`LidVertex::farthest`] moves towards it. A step grows from 0 as a vertex
+/// passes its limit, so a take's frames stay continuous. A lash moves with its lid. Handles do not move.
+pub(crate) struct EyeContact<'a> {
+    rig: &'a Rig,
+    vertex_triangles: Arc<VertexTriangles>,
+}
+
+impl<'a> EyeContact<'a> {
+    /// `None` for a rig without eyeballs.
+    pub(crate) fn new(rig: &'a Rig, vertex_triangles: Arc<VertexTriangles>) -> Option<Self> {
+        Self::is_for(rig).then_some(Self { rig, vertex_triangles })
+    }
+
+    /// Whether the rig has eyeballs.
+    pub(crate) fn is_for(rig: &Rig) -> bool {
+        rig.learned().is_some_and(|learned| !learned.contact.eyeballs.is_empty())
+    }
+
+    /// The vertices that may move.
+    pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> {
+        self.lids().iter().map(|lid| lid.vertex.0)
+    }
+
+    fn lids(&self) -> &[LidVertex] {
+        self.rig.learned().map_or(&[], |learned| &learned.contact.lids)
+    }
+
+    /// Moves a frame's V positions and updates its normals, which are empty where no normals are wanted.
+    pub(crate) fn frame(&self, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+        let Some(learned) = self.rig.learned() else { return };
+        let centers: Vec<[f64; 3]> =
+            learned.contact.eyeballs.iter().map(|eyeball| eyeball.center(positions)).collect();
+        let step = |lid: &LidVertex| {
+            let at = positions[lid.vertex.index()].map(f64::from);
+            let from_center = vec3::sub(at, centers[lid.eyeball as usize]);
+            let distance = vec3::length(from_center);
+            let [nearest, farthest] = [lid.nearest, lid.farthest].map(f64::from);
+            if (nearest..=farthest).contains(&distance) || distance == 0.0 {
+                return [0.0; 3];
+            }
+            from_center.map(|x| x * (distance.clamp(nearest, farthest) / distance - 1.0))
+        };
+        let steps: Vec<[f64; 3]> = self.lids().iter().map(step).collect();
+        let mut moved = Vec::new();
+        for lid in self.lids() {
+            let step = steps[lid.leader as usize];
+            if step != [0.0; 3] {
+                let x = &mut positions[lid.vertex.index()];
+                *x = [0, 1, 2].map(|c| (f64::from(x[c]) + step[c]) as f32);
+                moved.push(lid.vertex.0);
+            }
+        }
+        local_normals::update(self.rig, &self.vertex_triangles, moved.into_iter(), positions, normals);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Playback;
+    use rhytid_conformance::evaluate;
+    use rhytid_core::NoProgress;
+    use rhytid_devices::{Guard, choose_devices};
+    use rhytid_formats::export::OutputStage;
+    use rhytid_test_support::eye::{self, EYEBALL, LASH};
+
+    fn rig() -> Rig {
+        rhytid_solve::solve(&eye::face(), &NoProgress).unwrap().rounded().unwrap()
+    }
+
+    fn contact(rig: &Rig) -> EyeContact<'_> {
+        let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+        EyeContact::new(rig, Arc::new(triangles)).unwrap()
+    }
+
+    /// The handles at rest, with the middle one moved by `by` away from the eyeball.
+    fn handles(rig: &Rig, by: f32) -> Vec<[f32; 3]> {
+        let mut handles = rig.handles().rest.clone();
+        handles[4][2] += by;
+        handles
+    }
+
+    fn distances(rig: &Rig, positions: &[[f32; 3]]) -> Vec<f64> {
+        let contact = &rig.learned().unwrap().contact;
+        let center = contact.eyeballs[0].center(positions);
+        let at = |lid: &LidVertex| positions[lid.vertex.index()].map(f64::from);
+        contact.lids.iter().map(|lid| vec3::length(vec3::sub(at(lid), center))).collect()
+    }
+
+    #[test]
+    fn lids_stay_on_their_eyeball() {
+        let rig = rig();
+        let lids = &rig.learned().unwrap().contact.lids;
+        let skin = || lids.iter().enumerate().filter(|(i, lid)| lid.leader as usize == *i);
+        let contact = contact(&rig);
+        for by in [-0.6, 2.5] {
+            let results = evaluate(&rig, &handles(&rig, by));
+            let (before, mut after) = (results.positions, Vec::new());
+            after.clone_from(&before);
+            let mut normals = results.normals;
+            contact.frame(&mut after, &mut normals);
+            let [was, is] = [&before, &after].map(|positions| distances(&rig, positions));
+            let off = |distances: &[f64]| {
+                let off = skin().map(|(i, lid)| {
+                    let [nearest, farthest] = [lid.nearest, lid.farthest].map(f64::from);
+                    (nearest - distances[i]).max(distances[i] - farthest)
+                });
+                off.fold(0.0, f64::max)
+            };
+            assert!(off(&was) > 0.1 && off(&is) < 1e-6, "{by}: {} to {}", off(&was), off(&is));
+            for (i, lid) in skin() {
+                // It goes straight away from the centre or towards it.
+                let [x, y] = [&before, &after].map(|at| at[lid.vertex.index()].map(f64::from));
+                let turned = vec3::length(vec3::cross(x, y)) / (was[i] * is[i]);
+                assert!(turned < 1e-5, "{lid:?}: {turned}");
+            }
+            for v in (0..rig.vertices()).filter(|v| lids.iter().all(|lid| lid.vertex.index() != *v)) {
+                assert_eq!(before[v], after[v], "vertex {v} is no lid");
+            }
+            // Lashes move with their lids.
+            for lid in lids.iter().filter(|lid| LASH.contains(&lid.vertex.index())) {
+                let step = |v: usize| vec3::sub(after[v].map(f64::from), before[v].map(f64::from));
+                let leader = lids[lid.leader as usize].vertex;
+                let apart = vec3::length(vec3::sub(step(lid.vertex.index()), step(leader.index())));
+                assert!(apart < 1e-6, "{lid:?}");
+            }
+            let triangles = &rig.surface().triangles;
+            let at = VertexTriangles::new(rig.vertices(), triangles);
+            for (v, normal) in normals.iter().enumerate() {
+                let expected = rhytid_kernels::normals::vertex_normal(&after, triangles, at.at(v));
+                assert!(vec3::length(vec3::sub(*normal, expected)) < 1e-5, "vertex {v}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_the_scans_show_stays_bit_for_bit() {
+        let rig = rig();
+        let contact = contact(&rig);
+        for handles in [&rig.handles().rest[..], rig.examples().handles.row(0)] {
+            let before = evaluate(&rig, handles).positions;
+            let mut after = before.clone();
+            contact.frame(&mut after, &mut []);
+            assert_eq!(before, after);
+        }
+    }
+
+    #[test]
+    fn frames_are_continuous_and_a_playback_has_the_contact() {
+        let rig = rig();
+        let contact = contact(&rig);
+        let frames: Vec<[f32; 3]> = (0..100).flat_map(|i| handles(&rig, -0.006 * i as f32)).collect();
+        let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
+        let mut playback = Playback::new(&rig, &devices, 100).unwrap();
+        let mut last: Option<[Vec<[f32; 3]>; 2]> = None;
+        let mut number = 0;
+        let each = |positions: &[f32], _: &[f32]| {
+            let found: Vec<[f32; 3]> = positions.as_chunks().0.to_vec();
+            let count = rig.handles().len();
+            let before = evaluate(&rig, &frames[number * count..][..count]).positions;
+            let mut expected = before.clone();
+            contact.frame(&mut expected, &mut []);
+            let apart = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+                a.iter().zip(b).map(|(a, b)| vec3::length(vec3::sub(*a, *b))).fold(0.0, f32::max)
+            };
+            assert!(apart(&found, &expected) < 1e-5, "frame {number}");
+            if let Some([last_before, last]) = &last {
+                assert!(apart(&found, last) < 2.0 * apart(&before, last_before) + 1e-5, "frame {number}");
+            }
+            last = Some([before, found]);
+            number += 1;
+            Ok(())
+        };
+        playback.evaluate(frames.as_flattened(), OutputStage::Full, false, &NoProgress, each).unwrap();
+        assert_eq!(number, 100);
+        let [before, after] = last.unwrap();
+        assert!(EYEBALL.chain(0..1).all(|v| before[v] == after[v]));
+    }
+}
