@@ -51,6 +51,8 @@ class Sheet:
 
     def __init__(self, width, height):
         self.spacing = np.array([width, height]) / (SIDE - 1)
+        # Rows that give the derivative along a side.
+        self.along = [np.gradient(np.eye(SIDE), spacing, axis=0) for spacing in self.spacing]
         k = np.arange(SIDE)
         cosines = np.cos(np.pi * np.outer(k, k + 0.5) / SIDE) * np.sqrt(2 / SIDE)
         cosines[0] /= np.sqrt(2)
@@ -74,13 +76,17 @@ class Sheet:
     def from_waves(self, w):
         return self.cosines.T @ w @ self.cosines
 
-    def slopes(self, x):
+    def slopes(self, w):
         """The derivatives along both sides of the grid."""
+        return [w @ self.along[0].T, self.along[1] @ w]
+
+    def edges(self, x):
+        """The same of SIDE × SIDE × 3 places."""
         return [np.gradient(x, spacing, axis=axis) for spacing, axis in zip(self.spacing, (1, 0))]
 
     def folds(self, rest, moved):
         """The height of the folds where the smooth surface `rest` is at `moved`, both SIDE × SIDE × 3."""
-        before, after = self.slopes(rest), self.slopes(moved)
+        before, after = self.edges(rest), self.edges(moved)
         dot = lambda a, b: np.sum(a * b, axis=2)
         strain = [
             [0.5 * (dot(after[i], after[j]) - dot(before[i], before[j])) for j in range(2)] for i in range(2)
@@ -109,7 +115,7 @@ def folds(shared):
 
     def pose(frame):
         moved = rest + (rows @ (frames[frame] - markers)).reshape(SIDE, SIDE, 3)
-        along = sheet.slopes(moved)
+        along = sheet.edges(moved)
         normal = np.cross(along[0], along[1])
         normal /= np.linalg.norm(normal, axis=2, keepdims=True)
         bent = moved + (sheet.folds(rest, moved) - at_rest)[:, :, None] * normal
