@@ -1,17 +1,19 @@
-//! Which vertices of a face rest on its eyeballs.
+//! Where parts of a face touch: lids on eyeballs, and skin on skin.
 use crate::rig::number;
 use crate::rig_check::{below, fail, finite};
-use crate::{Result, VertexId};
+use crate::{Openings, Result, VertexId};
 use rhytid_kernels::{Real, vec3};
 
-/// Eyeballs, and the lids that slide on them (`docs/method.md`, eyelids on eyeballs). Empty where no eyeball
-/// was recognised.
+/// Eyeballs, the lids that slide on them (`docs/method.md`, eyelids on eyeballs), and openings of the skin.
+/// Each is empty where none was recognised.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Contact<T: Real = f32> {
     /// The eyeballs.
     pub eyeballs: Vec<Eyeball<T>>,
     /// The vertices on and around the lids, one eyeball after the other.
     pub lids: Vec<LidVertex<T>>,
+    /// Lips, lids and other skin that meets skin.
+    pub openings: Openings<T>,
 }
 
 /// An eyeball: a part that moves as a solid.
@@ -55,6 +57,11 @@ impl<T: Real> Eyeball<T> {
 }
 
 impl<T: Real> Contact<T> {
+    /// Whether nothing touches.
+    pub fn is_empty(&self) -> bool {
+        self.eyeballs.is_empty() && self.openings.rims.is_empty()
+    }
+
     /// The same in another precision.
     pub(crate) fn cast<U: Real>(&self) -> Contact<U> {
         let eyeball =
@@ -69,11 +76,13 @@ impl<T: Real> Contact<T> {
         Contact {
             eyeballs: self.eyeballs.iter().map(eyeball).collect(),
             lids: self.lids.iter().map(lid).collect(),
+            openings: self.openings.cast(),
         }
     }
 
     /// Checks all numbers, for a face of so many vertices.
     pub(crate) fn check(&self, vertices: usize) -> Result<()> {
+        self.openings.check(vertices)?;
         let corners: Vec<VertexId> = self.eyeballs.iter().flat_map(|eyeball| eyeball.corners).collect();
         below("eyeball_corners", VertexId::numbers(&corners), vertices)?;
         let weights: Vec<T> = self.eyeballs.iter().flat_map(|eyeball| eyeball.weights).collect();

@@ -1,5 +1,6 @@
 //! The face: the data from which the solve makes a rig.
 use crate::{HandleId, Mesh, SurfacePoint, UpAxis, VertexId};
+use serde::Serialize;
 
 /// The points of the neutral mesh that markers hold: H labels and points.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -187,8 +188,23 @@ pub struct Settings {
     pub strain_edges: StrainEdges,
     /// K: influences kept per vertex, at least 1.
     pub max_influences: usize,
-    /// Whether lids slide on the eyeballs that are recognised (learned method).
-    pub eye_contact: bool,
+    /// What does not go into each other (learned method).
+    pub contact: ContactSettings,
+}
+
+/// What does not go into each other, where it is recognised (`docs/method.md`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+pub struct ContactSettings {
+    /// Whether lids slide on eyeballs.
+    pub eyes: bool,
+    /// Whether lips and lids meet instead of going through each other.
+    pub openings: bool,
+}
+
+impl Default for ContactSettings {
+    fn default() -> Self {
+        Self { eyes: true, openings: true }
+    }
 }
 
 impl Default for Settings {
@@ -202,7 +218,7 @@ impl Default for Settings {
             pins: Pins::default(),
             strain_edges: StrainEdges::default(),
             max_influences: 16,
-            eye_contact: true,
+            contact: ContactSettings::default(),
         }
     }
 }

@@ -40,6 +40,7 @@ mod mesh;
 mod missing;
 mod named_file;
 pub mod numbers;
+pub mod openings;
 mod outputs;
 mod pixels;
 pub mod plan;
@@ -77,7 +78,8 @@ pub use explain::ExampleShare;
 pub use explain::Explanation;
 pub use explain::HandleShare;
 pub use face::{
-    Bind, Example, Face, Handles, LearnedSettings, Method, Pins, Prior, Settings, StrainEdges, WrinkleStrains,
+    Bind, ContactSettings, Example, Face, Handles, LearnedSettings, Method, Pins, Prior, Settings,
+    StrainEdges, WrinkleStrains,
 };
 pub use horn::Horn;
 pub use horn::horn;
@@ -89,6 +91,7 @@ pub use learned::Learned;
 pub use mesh::{Faces, Materials, Mesh, UpAxis, Uvs};
 pub use missing::Missing;
 pub use named_file::{Reach, folder_of, is_below, named_file, named_folder, named_output};
+pub use openings::{Openings, RimFollower, RimVertex};
 pub use outputs::refuse_inputs;
 pub use pixels::{MOST_PIXELS, check_palette, check_pixels, set_most_pixels};
 pub use progress::{NoProgress, Progress};

@@ -1,10 +1,11 @@
 //! The rig file: safetensors, with metadata for everything that is no array. `docs/rig-file.md` describes it.
 //!
 //! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
+use crate::openings::{ACROSS, LEADERS};
 use crate::{
     AtomicFile, Contact, Error, Examples, Eyeball, Faces, FineScale, HandleId, HandleSet, Influences,
-    InputErrorKind, Learned, LidVertex, Materials, Result, Rig, RigParts, StrainEdgeId, Surface,
-    SurfacePoint, Table, UpAxis, Uvs, VertexId, WrinkleStrains, input_file,
+    InputErrorKind, Learned, LidVertex, Materials, Openings, Result, Rig, RigParts, RimFollower, RimVertex,
+    StrainEdgeId, Surface, SurfacePoint, Table, UpAxis, Uvs, VertexId, WrinkleStrains, input_file,
 };
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -12,10 +13,10 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
-/// The version of a rig whose lids slide on eyeballs.
+/// The version of a rig in which lids slide on eyeballs, or skin meets skin.
 pub const VERSION: u32 = 9;
 
-/// The version of a rig without eyeballs that was made with a prior.
+/// The version of a rig in which nothing touches, made with a prior.
 const PRIOR_VERSION: u32 = 8;
 
 /// The version of a rig with handles that are at no vertex, made without a prior.
@@ -188,7 +189,8 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
             let lengths = &learned.prior_lengths;
             tensors.push(Tensor::f32s("prior_lengths", lengths, vec![lengths.len()]));
         }
-        tensors.extend(Tensor::contact(&learned.contact));
+        tensors.extend(Tensor::eyeballs(&learned.contact));
+        tensors.extend(Tensor::openings(&learned.contact.openings));
         if !learned.example_weights.is_empty() {
             tensors.push(Tensor::vectors("example_weights", &learned.example_weights));
         }
@@ -229,8 +231,8 @@ impl Tensor {
     }
 
     /// Nothing without an eyeball.
-    fn contact(contact: &Contact) -> Vec<Self> {
-        let Contact { eyeballs, lids } = contact;
+    fn eyeballs(contact: &Contact) -> Vec<Self> {
+        let Contact { eyeballs, lids, .. } = contact;
         if eyeballs.is_empty() {
             return Vec::new();
         }
@@ -244,6 +246,28 @@ impl Tensor {
             Self::f32s("eyeball_weights", &weights, vec![eyeballs.len(), 4]),
             Self::u32s("lid_vertices", &vertices, vec![lids.len(), 3]),
             Self::f32s("lid_distances", &distances, vec![lids.len(), 2]),
+        ]
+    }
+
+    /// Nothing without an opening.
+    fn openings(openings: &Openings) -> Vec<Self> {
+        let Openings { rims, followers } = openings;
+        if rims.is_empty() {
+            return Vec::new();
+        }
+        let vertices: Vec<VertexId> = rims.iter().map(|rim| rim.vertex).collect();
+        let across: Vec<u32> = rims.iter().flat_map(|rim| rim.across).collect();
+        let gaps: Vec<f32> = rims.iter().flat_map(|rim| [rim.reach, rim.least_gap]).collect();
+        let moved: Vec<VertexId> = followers.iter().map(|follower| follower.vertex).collect();
+        let leaders: Vec<u32> = followers.iter().flat_map(|follower| follower.leaders).collect();
+        let weights: Vec<f32> = followers.iter().flat_map(|follower| follower.weights).collect();
+        vec![
+            Self::u32s("rim_vertices", VertexId::numbers(&vertices), vec![rims.len()]),
+            Self::u32s("rim_across", &across, vec![rims.len(), ACROSS]),
+            Self::f32s("rim_gaps", &gaps, vec![rims.len(), 2]),
+            Self::u32s("rim_followers", VertexId::numbers(&moved), vec![followers.len()]),
+            Self::u32s("rim_leaders", &leaders, vec![followers.len(), LEADERS]),
+            Self::f32s("rim_leader_weights", &weights, vec![followers.len(), LEADERS]),
         ]
     }
 
@@ -304,7 +328,7 @@ impl Metadata {
         let beta = rig.influences().beta;
         Self {
             version: match rig.learned() {
-                Some(learned) if !learned.contact.eyeballs.is_empty() => VERSION,
+                Some(learned) if !learned.contact.is_empty() => VERSION,
                 Some(learned) if !learned.prior_lengths.is_empty() => PRIOR_VERSION,
                 _ if handles.points.iter().any(|point| point.vertex().is_none()) => POINTS_VERSION,
                 _ if handles.rotations => TURNING_VERSION,
@@ -497,11 +521,12 @@ impl Arrays<'_> {
                 false => Table::without_columns(vertices),
             },
             variances: self.f32s("variances", &[Some(vertices)])?,
-            contact: self.contact()?,
+            contact: Contact { openings: self.openings()?, ..self.eyeballs()? },
         })
     }
 
-    fn contact(&self) -> Result<Contact> {
+    /// The contact without openings.
+    fn eyeballs(&self) -> Result<Contact> {
         if !self.has("eyeball_corners") {
             return Ok(Contact::default());
         }
@@ -524,6 +549,39 @@ impl Arrays<'_> {
                     leader,
                     nearest,
                     farthest,
+                })
+                .collect(),
+            openings: Openings::default(),
+        })
+    }
+
+    fn openings(&self) -> Result<Openings> {
+        if !self.has("rim_vertices") {
+            return Ok(Openings::default());
+        }
+        let vertices = self.u32s("rim_vertices", &[None])?;
+        let across = self.u32s("rim_across", &[Some(vertices.len()), Some(ACROSS)])?;
+        let gaps = vectors::<2>(self.f32s("rim_gaps", &[Some(vertices.len()), Some(2)])?);
+        let rims = vertices.into_iter().zip(across.as_chunks::<ACROSS>().0).zip(gaps);
+        let moved = self.u32s("rim_followers", &[None])?;
+        let leaders = self.u32s("rim_leaders", &[Some(moved.len()), Some(LEADERS)])?;
+        let weights = self.f32s("rim_leader_weights", &[Some(moved.len()), Some(LEADERS)])?;
+        let weights = vectors::<LEADERS>(weights);
+        let followers = moved.into_iter().zip(leaders.as_chunks::<LEADERS>().0).zip(weights);
+        Ok(Openings {
+            rims: rims
+                .map(|((vertex, &across), [reach, least_gap])| RimVertex {
+                    vertex: VertexId(vertex),
+                    across,
+                    reach,
+                    least_gap,
+                })
+                .collect(),
+            followers: followers
+                .map(|((vertex, &leaders), weights)| RimFollower {
+                    vertex: VertexId(vertex),
+                    leaders,
+                    weights,
                 })
                 .collect(),
         })

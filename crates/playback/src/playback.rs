@@ -3,7 +3,7 @@
 
 use crate::affected_region::AffectedRegion;
 use crate::channels::{ChannelSources, EvaluatedFrame};
-use crate::contact::EyeContact;
+use crate::contact::Contact;
 use crate::context::{Context, stages};
 use crate::correction::{Correction, Sculpted};
 use crate::edit_falloff::EditFalloff;
@@ -38,8 +38,8 @@ pub struct Playback<'a> {
     triangles: Arc<VertexTriangles>,
     /// `None` for a rig without learned detail.
     untangle: Option<Arc<Untangle<'a>>>,
-    /// `None` for a rig without eyeballs.
-    eye_contact: Option<Arc<EyeContact<'a>>>,
+    /// `None` for a rig in which nothing touches.
+    contact: Option<Arc<Contact<'a>>>,
 }
 
 impl<'a> Playback<'a> {
@@ -67,7 +67,7 @@ impl<'a> Playback<'a> {
             corrections: Arc::default(),
             corrected: Vec::new(),
             untangle: Untangle::new(rig, triangles.clone()).map(Arc::new),
-            eye_contact: EyeContact::new(rig, triangles.clone()).map(Arc::new),
+            contact: Contact::new(rig, triangles.clone()).map(Arc::new),
             triangles,
         }
     }
@@ -178,13 +178,13 @@ impl<'a> Playback<'a> {
         mut each: impl FnMut(&[f32], &[f32]) -> Result<()>,
     ) -> Result<()> {
         let (triangles, untangle) = (self.triangles.clone(), self.untangle.clone());
-        let eye_contact = self.eye_contact.clone();
+        let contact = self.contact.clone();
         let poses = handles.as_chunks().0;
         let (rig, triangles) = (self.rig, &*triangles);
         let context = Context { rig, triangles, unedited: poses, edited: poses, times: &[], stage, normals };
         let effects = FrameEffects {
             untangle: untangle.as_deref(),
-            eye_contact: eye_contact.as_deref(),
+            contact: contact.as_deref(),
             ..FrameEffects::default()
         };
         self.run(&context, &effects, progress, |frame| {
@@ -255,7 +255,7 @@ impl<'a> Playback<'a> {
         let before = selection.take.before().handle_positions(&rig.handles().labels)?;
         let (gains, corrections) = (self.gains.clone(), self.corrections.clone());
         let (triangles, untangle) = (self.triangles.clone(), self.untangle.clone());
-        let eye_contact = self.eye_contact.clone();
+        let contact = self.contact.clone();
         let is_full = recipe.stage == OutputStage::Full;
         let fade = match is_full {
             true => Fade::new(rig, &triangles, &gains, take, &handles, recipe.fade_detail)?,
@@ -279,7 +279,7 @@ impl<'a> Playback<'a> {
             fade,
             corrections: if is_full { &corrections } else { &[] },
             untangle: untangle.as_deref(),
-            eye_contact: eye_contact.as_deref(),
+            contact: contact.as_deref(),
             refine: recipe.refine,
             head: take.head.as_deref().filter(|_| recipe.head == HeadMotion::Bake),
         };

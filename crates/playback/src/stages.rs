@@ -3,11 +3,11 @@
 //! [`Evaluate`] evaluates frames on the device, a batch at a time. Then [`Stages`] finishes each frame on the
 //! host, in place.
 //!
-//! evaluate · edits begin · fade · untangle · eye contact · edits end · correct · refine · bake
+//! evaluate · edits begin · fade · untangle · contact · edits end · correct · refine · bake
 
 use crate::affected_region::{AffectedRegion, PartialEvaluation, PartialFrame};
 use crate::bake::bake;
-use crate::contact::EyeContact;
+use crate::contact::Contact;
 use crate::context::{Context, stages};
 use crate::correction::Correction;
 use crate::edit_falloff::EditFalloff;
@@ -22,7 +22,7 @@ use std::ops::Range;
 /// Whether frames of a rig are finished on the host, whatever is asked for: the buffers of a device do not
 /// have whole frames then.
 pub fn finishes_frames_on_host(rig: &Rig) -> bool {
-    Untangle::is_for(rig) || EyeContact::is_for(rig)
+    Untangle::is_for(rig) || Contact::is_for(rig)
 }
 
 /// The changes to frames after their evaluation.
@@ -32,7 +32,7 @@ pub(crate) struct FrameEffects<'c> {
     pub region: Option<AffectedRegion>,
     pub corrections: &'c [Correction],
     pub untangle: Option<&'c Untangle<'c>>,
-    pub eye_contact: Option<&'c EyeContact<'c>>,
+    pub contact: Option<&'c Contact<'c>>,
     pub refine: bool,
     /// The head pose that is baked into each frame.
     pub head: Option<&'c [RigidMotion]>,
@@ -143,8 +143,6 @@ pub(crate) struct Stages<'c> {
     pub corrected: Vec<Vec<f64>>,
     /// The triangles at vertices that follow edits of markers, as [`Untangle::at`] gives them.
     edited_triangles: Vec<u32>,
-    /// The triangles at lids, as [`Untangle::at`] gives them.
-    lid_triangles: Vec<u32>,
     /// V: whether edits of markers change the vertex's normal.
     is_beside: Vec<bool>,
     /// V positions of the large scale. Only those that edits affect are set.
@@ -180,11 +178,6 @@ impl<'c> Stages<'c> {
             refined,
             corrected: vec![Vec::new(); effects.corrections.len()],
             edited_triangles: effects.untangle.and_then(triangles).unwrap_or_default(),
-            lid_triangles: effects
-                .untangle
-                .zip(effects.eye_contact)
-                .map(|(untangle, eye_contact)| untangle.at(eye_contact.vertices()))
-                .unwrap_or_default(),
             is_beside: falloff.map(beside).unwrap_or_default(),
             large_scale: Vec::new(),
             with_edits: WithEdits::default(),
@@ -197,7 +190,7 @@ impl<'c> Stages<'c> {
         self.edits_begin(frame, large_scale, partial);
         self.fade(frame, large_scale);
         self.untangle(frame);
-        self.eye_contact(frame);
+        self.contact(frame);
         self.edits_end(frame);
         self.correct(frame);
         self.refine(frame);
@@ -274,14 +267,15 @@ impl<'c> Stages<'c> {
         }
     }
 
-    /// Keeps lids on their eyeballs, and turns back triangles that this turns over.
-    fn eye_contact(&mut self, frame: &mut FrameBuffers<'_>) {
-        let Some(eye_contact) = self.effects.eye_contact else { return };
-        let (untangle, triangles, context) = (self.effects.untangle, &self.lid_triangles, self.context);
+    /// Keeps parts from going into each other, and turns back triangles that this turns over.
+    fn contact(&mut self, frame: &mut FrameBuffers<'_>) {
+        let Some(contact) = self.effects.contact else { return };
+        let (untangle, context) = (self.effects.untangle, self.context);
         let keep = |poses, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]| {
-            eye_contact.frame(positions, normals);
+            let handles = context.pose(poses, frame.number);
+            let moved = contact.frame(positions, normals);
             if let Some(untangle) = untangle {
-                untangle.frame_at(triangles, context.pose(poses, frame.number), positions, normals);
+                untangle.frame_where(&moved, handles, positions, normals);
             }
         };
         if self.with_edits.is_there {

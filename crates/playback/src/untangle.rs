@@ -120,6 +120,21 @@ impl<'a> Untangle<'a> {
         self.turn(turned, handles, positions, normals);
     }
 
+    /// Does the same as [`Untangle::frame`], but begins with the turned triangles at the vertices that
+    /// `moved` (V) marks.
+    pub(crate) fn frame_where(
+        &self,
+        moved: &[bool],
+        handles: &[[f32; 3]],
+        positions: &mut [[f32; 3]],
+        normals: &mut [[f32; 3]],
+    ) {
+        let is_moved = |triangle: &Triangle| triangle.corners.iter().any(|v| moved[*v as usize]);
+        let turned = |triangle: &Triangle| is_moved(triangle) && is_turned(triangle, positions);
+        let turned = (0..).zip(&self.triangles).filter(|(_, triangle)| turned(triangle));
+        self.turn(turned.map(|(t, _)| t).collect(), handles, positions, normals);
+    }
+
     fn turn(
         &self,
         turned: Vec<u32>,

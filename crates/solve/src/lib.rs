@@ -43,6 +43,7 @@ pub mod influences;
 mod learned;
 mod mirror;
 mod noise;
+mod openings;
 mod pins;
 mod placement;
 mod points;
@@ -209,8 +210,11 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
                 });
             }
             let mut contact = Contact::default();
-            if face.settings.eye_contact {
+            if face.settings.contact.eyes {
                 (contact, report.eyeballs) = contact::recognise(&shell, face, &report.parts);
+            }
+            if face.settings.contact.openings {
+                contact.openings = openings::recognise(&shell, face, &report.parts);
             }
             steps.finish(&settings, &shell.handles, contact)
         }

@@ -7,6 +7,7 @@
 mod data;
 pub mod eye;
 pub mod flaky;
+pub mod lips;
 mod logged;
 mod memory;
 pub mod points;

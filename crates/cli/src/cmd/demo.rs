@@ -7,8 +7,8 @@ use crate::{args, output};
 use rhytid::core::human;
 use rhytid::core::{Example, Handles, Mesh, StrainEdges};
 use rhytid::formats::project::{
-    self, ContactSection, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection,
-    LearnedSection, MeshSection, Method, PinsSection, Project, StrainSection, Units,
+    self, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection,
+    MeshSection, Method, PinsSection, Project, StrainSection, Units,
 };
 use rhytid::formats::take::Missing;
 use rhytid::formats::{Reach, mesh, tables, take};
@@ -347,7 +347,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
         examples,
         prior: None,
         pins: PinsSection::default(),
-        contact: ContactSection { eyes: face.settings.eye_contact },
+        contact: face.settings.contact,
         large_scale: LargeScaleSection {
             bending_length: face.settings.bending_length,
             bind: face.settings.bind,

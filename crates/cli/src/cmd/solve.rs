@@ -100,6 +100,8 @@ struct Summary<'a> {
     parts_without_handle: usize,
     /// The eyeballs on which lids slide.
     eyeballs: Vec<EyeballSummary>,
+    /// The number of vertices that have others across an opening.
+    rim_vertices: usize,
     /// How near the rig is to the rest pose and to each example.
     scans: Vec<ScanSummary<'a>>,
     /// The choice of share and ridge, the chosen pair first.
@@ -191,6 +193,7 @@ impl<'a> Summary<'a> {
             pins: solved.report.pins,
             parts_without_handle: solved.report.parts.len(),
             eyeballs: solved.report.eyeballs.iter().map(eyeball).collect(),
+            rim_vertices: rim_vertices(rig),
             scans: solved.scans.iter().map(scan).collect(),
             candidates: solved.report.candidates.iter().map(candidate).collect(),
             prior: solved
@@ -229,6 +232,10 @@ pub(super) fn text(solved: &Solved, written: &Path, ui: &Ui) -> String {
             human::unit(metres_per_unit),
         ));
         lines.extend(report_lines(&solved.report, metres_per_unit));
+        if rim_vertices(rig) > 0 {
+            let rims = human::count(rim_vertices(rig));
+            lines.push(format!("lips and lids do not cross: {rims} vertices have others across an opening"));
+        }
         lines.push(output::table(&scan_rows(&solved.scans, metres_per_unit)));
         let steps = ui.finished();
         let steps: Vec<String> =
@@ -471,6 +478,11 @@ fn report_lines(report: &SolveReport, metres_per_unit: f64) -> Vec<String> {
         lines.push(format!("lids slide on eyeballs: {}", told.join(", ")));
     }
     lines
+}
+
+/// The number of vertices that have others across an opening.
+fn rim_vertices(rig: &Rig) -> usize {
+    rig.learned().map_or(0, |learned| learned.contact.openings.rims.len())
 }
 
 /// A line for each way in which parts without a handle move.

@@ -51,13 +51,19 @@ fn a_capture_on_another_head_does_not_press_lids_into_eyes() {
         serde_json::from_str(&done("solve face.toml -o with.safetensors --json", folder)).unwrap();
     let radius = |i: usize| told["eyeballs"][i]["radius_mm"].as_f64().unwrap();
     assert!((radius(0) - 14.95).abs() < 0.1 && (radius(1) - 14.95).abs() < 0.1, "{told}");
+    // Lips, lids and nostrils.
+    assert!((200..600).contains(&told["rim_vertices"].as_u64().unwrap()), "{told}");
     let first = |i: usize| told["eyeballs"][i]["first_vertex"].as_u64().unwrap() as usize;
 
     let project = std::fs::read_to_string(folder.join("face.toml")).unwrap();
-    std::fs::write(folder.join("off.toml"), format!("{project}\n[contact]\neyes = false\n")).unwrap();
+    std::fs::write(
+        folder.join("off.toml"),
+        format!("{project}\n[contact]\neyes = false\nopenings = false\n"),
+    )
+    .unwrap();
     let told: Value =
         serde_json::from_str(&done("solve off.toml -o without.safetensors --json", folder)).unwrap();
-    assert_eq!(told["eyeballs"], serde_json::json!([]));
+    assert_eq!((&told["eyeballs"], &told["rim_vertices"]), (&serde_json::json!([]), &serde_json::json!(0)));
 
     // An eyeball has 72 vertices, and does not move.
     let rest = vertices_of(&folder.join("neutral.obj"));

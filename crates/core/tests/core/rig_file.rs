@@ -142,6 +142,36 @@ fn a_rig_with_eyeballs_has_lids_and_a_version() {
 }
 
 #[test]
+fn a_rig_with_lips_has_openings_and_a_version() {
+    let rig = solve(&rhytid_test_support::lips::face(), &NoProgress).unwrap().rounded().unwrap();
+    let bytes = rig_file::encode(&rig).unwrap();
+    let (header, _) = parse(&bytes);
+    let openings = &rig.learned().unwrap().contact.openings;
+    let (rims, followers) = (openings.rims.len(), openings.followers.len());
+    assert!(rims > 50 && followers > rims);
+    assert_eq!(header["rim_vertices"]["shape"], json!([rims]));
+    assert_eq!(header["rim_across"]["shape"], json!([rims, 12]));
+    assert_eq!(header["rim_gaps"]["shape"], json!([rims, 2]));
+    assert_eq!(header["rim_followers"]["shape"], json!([followers]));
+    assert_eq!(header["rim_leaders"]["shape"], json!([followers, 8]));
+    assert_eq!(header["rim_leader_weights"]["shape"], json!([followers, 8]));
+    assert!(header["__metadata__"]["rhytid"].as_str().unwrap().starts_with("{\"version\":9,"));
+    assert_eq!(rig_file::decode(&bytes, "rig").unwrap(), rig);
+    let damaged = |array: &str, element: usize, value: u32| {
+        with_element_of(&bytes, array, element, value.to_le_bytes())
+    };
+    refused(&damaged("rim_vertices", 1, u32::MAX), &["rim_vertices[1]", "index below"]);
+    refused(&damaged("rim_across", 5, rims as u32), &["rim_across[5]", "index below"]);
+    refused(&damaged("rim_gaps", 2, 0.0_f32.to_bits()), &["rim_gaps[1]", "length above 0"]);
+    refused(&damaged("rim_gaps", 3, f32::NAN.to_bits()), &["rim_gaps[3]", "finite"]);
+    refused(&damaged("rim_followers", 0, u32::MAX), &["rim_followers[0]", "index below"]);
+    refused(&damaged("rim_leaders", 9, rims as u32), &["rim_leaders[9]", "index below"]);
+    refused(&damaged("rim_leader_weights", 4, 1.5_f32.to_bits()), &["rim_leader_weights[4]", "-1 to 1"]);
+    let part = rig.part(&[VertexId(3), VertexId(70)]);
+    assert!(part.learned().unwrap().contact.is_empty());
+}
+
+#[test]
 fn handles_inside_triangles_have_weights_and_a_version() {
     let rig = inside_a_triangle();
     let bytes = rig_file::encode(&rig).unwrap();

@@ -1,11 +1,10 @@
 //! The project file: what its text means, and that it survives being written.
 use proptest::prelude::*;
-use rhytid_core::{Bind, Error, Reach, UpAxis, WrinkleStrains};
+use rhytid_core::{Bind, ContactSettings, Error, Reach, UpAxis, WrinkleStrains};
 use rhytid_formats::mesh::NormalMapConvention;
 use rhytid_formats::project::{
-    ContactSection, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection,
-    LearnedSection, MeshSection, Method, PinsSection, PriorSection, Project, StrainSection, Units, parse,
-    read, write,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, PriorSection, Project, StrainSection, Units, parse, read, write,
 };
 use std::path::PathBuf;
 
@@ -102,7 +101,7 @@ fn full() -> Project {
             bounds: Some([[-9.0, 5.5, -12.0], [9.0, 20.0, -2.0]]),
             groups: vec!["skull".into(), "ears".into()],
         },
-        contact: ContactSection { eyes: false },
+        contact: ContactSettings { eyes: false, openings: true },
         large_scale: LargeScaleSection { bending_length: Some(3.0), bind: Bind::Nearest, rotations: false },
         strain: StrainSection { edges: Edges::File("edges.csv".into()) },
         fine_scale: FineScaleSection { max_influences: 8 },
@@ -175,7 +174,7 @@ fn what_is_left_out_has_its_default() {
             examples: vec![],
             prior: None,
             pins: PinsSection::default(),
-            contact: ContactSection { eyes: true },
+            contact: ContactSettings { eyes: true, openings: true },
             large_scale: LargeScaleSection { bending_length: None, bind: Bind::Auto, rotations: false },
             strain: StrainSection { edges: Edges::Auto },
             fine_scale: FineScaleSection { max_influences: 16 },
@@ -310,7 +309,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             .collect(),
         prior: None,
         pins: PinsSection { auto: choices.0.map(|x| x > 1.0), ..PinsSection::default() },
-        contact: ContactSection { eyes: choices.1 },
+        contact: ContactSettings { eyes: choices.1, openings: choices.0.is_some() },
         large_scale: LargeScaleSection {
             bending_length: choices.0,
             bind: if choices.1 { Bind::Nearest } else { Bind::Rigid },

@@ -105,7 +105,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
                 Method::Chapter => rhytid_core::Method::Chapter,
             },
             bind: project.large_scale.bind,
-            eye_contact: project.contact.eyes,
+            contact: project.contact,
             align: project.align,
             pins,
             strain_edges: StrainEdges::Auto,

@@ -10,8 +10,8 @@ pub use load::{files, load, load_without_handles};
 pub use parse::parse;
 pub use prior::prior_rig;
 pub use sections::{
-    ContactSection, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection,
-    LearnedSection, MeshSection, Method, PinsSection, PriorSection, Project, StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, PriorSection, Project, StrainSection, Units,
 };
 
 use rhytid_core::{Error, Face, InputErrorKind, Reach, Result, input_file};

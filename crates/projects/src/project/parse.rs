@@ -2,12 +2,12 @@
 //! touched.
 use super::prior;
 use super::sections::{
-    ContactSection, Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection,
-    LearnedSection, MeshSection, Method, PinsSection, PriorSection, Project, StrainSection, Units,
+    Edges, ExampleSection, FineScaleSection, HandlesSection, LargeScaleSection, LearnedSection, MeshSection,
+    Method, PinsSection, PriorSection, Project, StrainSection, Units,
 };
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
-use rhytid_core::{Bind, InputErrorKind, LearnedSettings, Result, UpAxis, WrinkleStrains};
+use rhytid_core::{Bind, ContactSettings, InputErrorKind, LearnedSettings, Result, UpAxis, WrinkleStrains};
 use rhytid_meshes::NormalMapConvention;
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -380,9 +380,13 @@ fn large_scale(section: &Section<'_>) -> Result<LargeScaleSection> {
     Ok(LargeScaleSection { bending_length, bind, rotations })
 }
 
-fn contact(section: &Section<'_>) -> Result<ContactSection> {
-    section.allow(&["eyes"])?;
-    Ok(ContactSection { eyes: section.truth("eyes")?.unwrap_or(true) })
+fn contact(section: &Section<'_>) -> Result<ContactSettings> {
+    section.allow(&["eyes", "openings"])?;
+    let default = ContactSettings::default();
+    Ok(ContactSettings {
+        eyes: section.truth("eyes")?.unwrap_or(default.eyes),
+        openings: section.truth("openings")?.unwrap_or(default.openings),
+    })
 }
 
 fn strain(section: &Section<'_>) -> Result<StrainSection> {

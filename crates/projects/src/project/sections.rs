@@ -1,6 +1,6 @@
 //! The sections of a project file.
 
-use rhytid_core::{Bind, LearnedSettings, UpAxis, WrinkleStrains};
+use rhytid_core::{Bind, ContactSettings, LearnedSettings, UpAxis, WrinkleStrains};
 use rhytid_meshes::NormalMapConvention;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -29,8 +29,8 @@ pub struct Project {
     /// `[large_scale]`.
     pub large_scale: LargeScaleSection,
     /// `[contact]`.
-    #[serde(skip_serializing_if = "ContactSection::is_default")]
-    pub contact: ContactSection,
+    #[serde(skip_serializing_if = "is_default")]
+    pub contact: ContactSettings,
     /// `[strain]`.
     pub strain: StrainSection,
     /// `[fine_scale]`.
@@ -154,23 +154,9 @@ pub struct LargeScaleSection {
     pub rotations: bool,
 }
 
-/// `[contact]`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-pub struct ContactSection {
-    /// Whether lids slide on the eyeballs that are recognised.
-    pub eyes: bool,
-}
-
-impl Default for ContactSection {
-    fn default() -> Self {
-        Self { eyes: true }
-    }
-}
-
-impl ContactSection {
-    fn is_default(&self) -> bool {
-        *self == Self::default()
-    }
+/// Whether a section is as it is where it is left out.
+fn is_default<S: Default + PartialEq>(section: &S) -> bool {
+    *section == S::default()
 }
 
 /// `[strain]`.

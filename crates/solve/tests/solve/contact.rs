@@ -54,7 +54,7 @@ fn what_is_no_eyeball_is_left_alone() {
         change(&mut face);
         assert_eq!(recognised(&face), (Contact::default(), Vec::new()));
     };
-    without(|face| face.settings.eye_contact = false);
+    without(|face| face.settings.contact.eyes = false);
     without(|face| face.settings.method = Method::Chapter);
     // A flat stone.
     without(|face| {

@@ -4,6 +4,7 @@ mod confidence;
 mod contact;
 mod doctor;
 mod large_scale;
+mod openings;
 mod parts;
 mod pins;
 mod points;

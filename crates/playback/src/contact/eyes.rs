@@ -1,43 +1,30 @@
 //! Keeps lids on their eyeballs.
 
-use crate::local_normals;
 use rhytid_core::{LidVertex, Rig};
-use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::vec3;
-use std::sync::Arc;
 
 /// The lids of a rig that has any (`docs/method.md`, eyelids on eyeballs).
 ///
 /// A vertex that is nearer to the centre of its eyeball than [`LidVertex::nearest`] moves straight away from
 /// the centre, and one beyond [`LidVertex::farthest`] moves towards it. A step grows from 0 as a vertex
 /// passes its limit, so a take's frames stay continuous. A lash moves with its lid. Handles do not move.
-pub(crate) struct EyeContact<'a> {
+pub(super) struct EyeContact<'a> {
     rig: &'a Rig,
-    vertex_triangles: Arc<VertexTriangles>,
 }
 
 impl<'a> EyeContact<'a> {
     /// `None` for a rig without eyeballs.
-    pub(crate) fn new(rig: &'a Rig, vertex_triangles: Arc<VertexTriangles>) -> Option<Self> {
-        Self::is_for(rig).then_some(Self { rig, vertex_triangles })
-    }
-
-    /// Whether the rig has eyeballs.
-    pub(crate) fn is_for(rig: &Rig) -> bool {
-        rig.learned().is_some_and(|learned| !learned.contact.eyeballs.is_empty())
-    }
-
-    /// The vertices that may move.
-    pub(crate) fn vertices(&self) -> impl Iterator<Item = u32> {
-        self.lids().iter().map(|lid| lid.vertex.0)
+    pub(super) fn new(rig: &'a Rig) -> Option<Self> {
+        let has_eyes = !rig.learned()?.contact.eyeballs.is_empty();
+        has_eyes.then_some(Self { rig })
     }
 
     fn lids(&self) -> &[LidVertex] {
         self.rig.learned().map_or(&[], |learned| &learned.contact.lids)
     }
 
-    /// Moves a frame's V positions and updates its normals, which are empty where no normals are wanted.
-    pub(crate) fn frame(&self, positions: &mut [[f32; 3]], normals: &mut [[f32; 3]]) {
+    /// Moves a frame's V positions, and marks the vertices that it moves in `moved`, V.
+    pub(super) fn frame(&self, positions: &mut [[f32; 3]], moved: &mut [bool]) {
         let Some(learned) = self.rig.learned() else { return };
         let centers: Vec<[f64; 3]> =
             learned.contact.eyeballs.iter().map(|eyeball| eyeball.center(positions)).collect();
@@ -52,16 +39,14 @@ impl<'a> EyeContact<'a> {
             from_center.map(|x| x * (distance.clamp(nearest, farthest) / distance - 1.0))
         };
         let steps: Vec<[f64; 3]> = self.lids().iter().map(step).collect();
-        let mut moved = Vec::new();
         for lid in self.lids() {
             let step = steps[lid.leader as usize];
             if step != [0.0; 3] {
                 let x = &mut positions[lid.vertex.index()];
                 *x = [0, 1, 2].map(|c| (f64::from(x[c]) + step[c]) as f32);
-                moved.push(lid.vertex.0);
+                moved[lid.vertex.index()] = true;
             }
         }
-        local_normals::update(self.rig, &self.vertex_triangles, moved.into_iter(), positions, normals);
     }
 }
 
@@ -69,19 +54,22 @@ impl<'a> EyeContact<'a> {
 mod tests {
     use super::*;
     use crate::Playback;
+    use crate::contact::Contact;
     use rhytid_conformance::evaluate;
     use rhytid_core::NoProgress;
     use rhytid_devices::{Guard, choose_devices};
     use rhytid_formats::export::OutputStage;
+    use rhytid_kernels::normals::VertexTriangles;
     use rhytid_test_support::eye::{self, EYEBALL, LASH};
+    use std::sync::Arc;
 
     fn rig() -> Rig {
         rhytid_solve::solve(&eye::face(), &NoProgress).unwrap().rounded().unwrap()
     }
 
-    fn contact(rig: &Rig) -> EyeContact<'_> {
+    fn contact(rig: &Rig) -> Contact<'_> {
         let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
-        EyeContact::new(rig, Arc::new(triangles)).unwrap()
+        Contact::new(rig, Arc::new(triangles)).unwrap()
     }
 
     /// The handles at rest, with the middle one moved by `by` away from the eyeball.
