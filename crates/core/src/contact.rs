@@ -4,8 +4,8 @@ use crate::rig_check::{below, fail, finite};
 use crate::{Openings, Result, VertexId};
 use rhytid_kernels::{Real, vec3};
 
-/// Eyeballs, the lids that slide on them (`docs/method.md`, eyelids on eyeballs), and openings of the skin.
-/// Each is empty where none was recognised.
+/// Eyeballs, the lids that slide on them (`docs/method.md`, keep lids on their eyeballs), and openings of the
+/// skin. Each is empty where none was recognised.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Contact<T: Real = f32> {
     /// The eyeballs.

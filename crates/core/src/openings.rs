@@ -10,8 +10,8 @@ pub const ACROSS: usize = 12;
 /// The most rim vertices that a vertex moves with.
 pub const LEADERS: usize = 8;
 
-/// The skin at openings (`docs/method.md`, lips and lids that meet). Empty where no surfaces are opposite
-/// each other.
+/// The skin at openings (`docs/method.md`, keep lips and lids from crossing). Empty where no surfaces are
+/// opposite each other.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Openings<T: Real = f32> {
     /// R vertices that have others across an opening, ascending.

@@ -3,7 +3,7 @@
 use rhytid_core::{LidVertex, Rig};
 use rhytid_kernels::vec3;
 
-/// The lids of a rig that has any (`docs/method.md`, eyelids on eyeballs).
+/// The lids of a rig that has any (`docs/method.md`, keep lids on their eyeballs).
 ///
 /// A vertex that is nearer to the centre of its eyeball than [`LidVertex::nearest`] moves straight away from
 /// the centre, and one beyond [`LidVertex::farthest`] moves towards it. A step grows from 0 as a vertex

@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// How many times the skin on both sides of an opening moves by half of what is left.
 const ROUNDS: usize = 4;
 
-/// The openings of a rig that has any (`docs/method.md`, lips and lids that meet).
+/// The openings of a rig that has any (`docs/method.md`, keep lips and lids from crossing).
 ///
 /// A rim vertex whose gap is below [`RimVertex::least_gap`] goes half of the way back, and what is across
 /// goes the other half. Steps grow from 0 as limits are passed, so a take's frames stay continuous. They fade
