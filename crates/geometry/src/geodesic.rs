@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use rhytid_core::{HandleId, SurfacePoint};
 use rhytid_kernels::vec3;
 use std::cmp::Ordering;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The edges of the rest mesh with their lengths.
 pub struct EdgeGraph<'a> {
@@ -54,6 +55,29 @@ impl<'a> EdgeGraph<'a> {
         let is_inside = is_of(from, to) || is_of(to, from);
         let straight = || vec3::length(vec3::sub(to.at(self.positions), from.at(self.positions)));
         if is_inside { along.min(straight()) } else { along }
+    }
+
+    /// The vertices whose distance from a vertex is at most `limit`, with these distances, by vertex. It
+    /// looks only at what is near, so it is for many vertices of a large mesh.
+    pub fn near(&self, from: u32, limit: f64) -> BTreeMap<u32, f64> {
+        let mut reached = BTreeMap::new();
+        let mut shortest = BTreeMap::from([(from, 0.0)]);
+        // Distances are not below 0, so their bits are in their order.
+        let mut queue = BTreeSet::from([(0_u64, from)]);
+        while let Some((bits, v)) = queue.pop_first() {
+            let distance = f64::from_bits(bits);
+            reached.insert(v, distance);
+            for (next, length) in self.edges(v).filter(|(next, _)| !reached.contains_key(next)) {
+                let candidate = distance + length;
+                let known = shortest.get(&next).copied().unwrap_or(f64::INFINITY);
+                if candidate < known && candidate <= limit {
+                    queue.remove(&(known.to_bits(), next));
+                    shortest.insert(next, candidate);
+                    queue.insert((candidate.to_bits(), next));
+                }
+            }
+        }
+        reached
     }
 
     /// Writes the distance of every vertex from `from` into `distances`, V. A vertex that would be farther
@@ -210,6 +234,20 @@ mod tests {
         let quads = (0..6).flat_map(|row| (0..7).map(move |column| 8 * row + column));
         let triangles: Vec<[u32; 3]> = quads.flat_map(|a| [[a, a + 1, a + 9], [a, a + 9, a + 8]]).collect();
         ((0..56).map(at).collect(), Topology::new(56, &triangles))
+    }
+
+    #[test]
+    fn what_is_near_has_the_distances_of_all() {
+        for bend in [0.0, 1.0] {
+            let (positions, topology) = grid(bend);
+            let graph = EdgeGraph::new(&positions, &topology);
+            let mut distances = vec![0.0; positions.len()];
+            for (from, limit) in [(0, 9.0), (27, 0.0), (27, 12.5), (50, 1e9)] {
+                graph.distances(&VertexId(from).into(), |_| limit, &mut distances);
+                let expected = (0..).zip(&distances).filter(|(_, d)| **d <= limit).map(|(v, d)| (v, *d));
+                assert_eq!(graph.near(from, limit), expected.collect(), "{bend} {from} {limit}");
+            }
+        }
     }
 
     /// All distances by Floyd and Warshall.

@@ -143,10 +143,10 @@ fn rims(shell: &Shell, scans: &[Scan<'_>], widest: f64) -> Vec<RimVertex<f64>> {
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.truncate(LOOKED_AT);
         let farthest = near.last().map_or(0.0, |(distance, _)| *distance);
-        let mut ways = vec![f64::INFINITY; rest.len()];
-        graph.distances(&VertexId(vertex).into(), |_| WAY * farthest, &mut ways);
+        let ways = graph.near(vertex, WAY * farthest);
+        let way = |v: u32| ways.get(&v).copied().unwrap_or(f64::INFINITY);
         let mut kept: Vec<u32> = Vec::with_capacity(ACROSS);
-        let is_across = |(distance, v): &(f64, u32)| ways[*v as usize] > edge.max(WAY * distance);
+        let is_across = |(distance, v): &(f64, u32)| way(*v) > edge.max(WAY * distance);
         for (_, v) in near.into_iter().filter(is_across) {
             let is_apart = |other: &u32| apart(*other, v, rest) > SPACING * edge;
             if kept.len() < ACROSS && kept.iter().all(is_apart) {
@@ -190,12 +190,13 @@ fn opposite(shell: &Shell, scan: &Scan<'_>, widest: f64) -> Vec<[u32; 2]> {
         // Each ball is smaller than the one before; a few are enough.
         for _ in 0..20 {
             let center = vec3::add(at(v), normal(v).map(|n| radius * n));
-            let mut inside = tree
-                .nearest_neighbor_iter_with_distance_2(center)
-                .take_while(|(_, distance)| *distance <= radius * radius)
-                .map(|(found, _)| found.data)
-                .filter(|w| vec3::dot(normal(v), normal(*w)) < OPPOSITE);
-            let Some(w) = inside.next().filter(|w| last != Some(*w)) else { break };
+            let distance = |w: u32| vec3::length(vec3::sub(at(w), center));
+            let nearest = tree
+                .locate_within_distance(center, radius * radius)
+                .map(|found| found.data)
+                .filter(|w| vec3::dot(normal(v), normal(*w)) < OPPOSITE)
+                .min_by(|a, b| distance(*a).total_cmp(&distance(*b)).then(a.cmp(b)));
+            let Some(w) = nearest.filter(|w| last != Some(*w)) else { break };
             last = Some(w);
             let to = vec3::sub(at(w), at(v));
             let in_front = vec3::dot(to, normal(v));
@@ -240,25 +241,22 @@ fn followers(shell: &Shell, parts: &[FreePart], rims: &[RimVertex<f64>]) -> Vec<
     let is_rim: BTreeSet<VertexId> = rims.iter().map(|rim| rim.vertex).collect();
     let held: BTreeSet<VertexId> =
         shell.handles.points.iter().flat_map(SurfacePoint::corners).map(|(v, _)| v).collect();
-    let mut distances = vec![f64::INFINITY; rest.len()];
     let mut from_held = vec![f64::INFINITY; rest.len()];
-    for &v in held.difference(&is_rim) {
-        graph.distances(&v.into(), |_| reach, &mut distances);
-        from_held.iter_mut().zip(&distances).for_each(|(least, d)| *least = least.min(*d));
+    for (v, distance) in held.difference(&is_rim).flat_map(|v| graph.near(v.0, reach)) {
+        from_held[v as usize] = from_held[v as usize].min(distance);
     }
     // The nearest rim vertices, and the nearest of those that are held, with their distances.
     let mut near: BTreeMap<u32, [Vec<(f64, u32)>; 2]> = BTreeMap::new();
     for (number, rim) in (0..).zip(rims) {
         let is_held = held.contains(&rim.vertex);
         let farthest = if is_held { HELD * reach } else { fade };
-        graph.distances(&rim.vertex.into(), |_| farthest, &mut distances);
-        for (v, distance) in (0..).zip(&distances).filter(|(_, distance)| **distance < farthest) {
+        for (v, distance) in graph.near(rim.vertex.0, farthest) {
             let [leaders, held] = near.entry(v).or_default();
-            if *distance < fade {
-                leaders.push((*distance, number));
+            if distance < fade {
+                leaders.push((distance, number));
             }
-            if is_held {
-                held.push((*distance, number));
+            if is_held && distance < farthest {
+                held.push((distance, number));
             }
         }
     }
