@@ -145,3 +145,48 @@ impl<T: Real> Openings<T> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Vertices with these numbers across from the first one, which is at the origin and looks up.
+    fn openings(across: &[u32]) -> Openings<f64> {
+        let mut rim = RimVertex { vertex: VertexId(0), across: [0; ACROSS], reach: 1.0, least_gap: 0.0 };
+        rim.across[..across.len()].copy_from_slice(across);
+        Openings { rims: vec![rim; 4], followers: Vec::new() }
+    }
+
+    const POSITIONS: [[f64; 3]; 4] = [[0.0; 3], [0.3, 0.5, 0.0], [0.0, -0.6, 0.0], [0.0, 0.1, 0.99]];
+    const NORMALS: [[f64; 3]; 4] = [[0.0, 1.0, 0.0], [0.0, -1.0, 0.0], [0.6, -0.8, 0.0], [0.0, -1.0, 0.0]];
+
+    fn gap(across: &[u32]) -> Gap {
+        openings(across).gap(0, &POSITIONS, &NORMALS)
+    }
+
+    #[test]
+    fn a_gap_is_the_mean_distance_from_the_planes_across() {
+        // Straight ahead it is the distance, and behind it is below 0.
+        let [ahead, behind] = [gap(&[1]), gap(&[2])];
+        assert_eq!((ahead.certainty, ahead.normal), (1.0, NORMALS[1]));
+        assert!((ahead.width - 0.5).abs() < 1e-12 && (behind.width + 0.48).abs() < 1e-12);
+        // The weights are 0.91² and (1 − 0.36²)² (1 − 0.16²).
+        let both = gap(&[1, 2]);
+        assert!((both.width - 0.038124).abs() < 1e-6, "{both:?}");
+        assert!(vec3::length(vec3::sub(both.normal, [0.298_023, -0.954_559, 0.0])) < 1e-5, "{both:?}");
+    }
+
+    #[test]
+    fn what_is_far_beside_or_does_not_face_the_vertex_hardly_counts() {
+        // The weight is (1 − 0.99²)² = 0.0004.
+        assert_eq!(gap(&[3]), Gap { width: 0.0, certainty: 0.0, normal: [0.0; 3] });
+        assert_eq!(gap(&[]).certainty, 0.0);
+        let beside = |x: f64| {
+            let positions = [[0.0; 3], [x, 0.5, 0.0], [0.0; 3], [0.0; 3]];
+            openings(&[1]).gap(0, &positions, &NORMALS).certainty
+        };
+        // (1 − 0.64)² = 0.1296 is between 0.05 and 0.5.
+        assert!((beside(0.8) - 0.0796 / 0.45).abs() < 1e-12);
+        assert_eq!([beside(0.0), beside(0.99)], [1.0, 0.0]);
+    }
+}

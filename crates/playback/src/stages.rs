@@ -141,8 +141,8 @@ pub(crate) struct Stages<'c> {
     refined: Option<Refined<'c>>,
     /// The largest distance that each correction moved a vertex in each frame so far, in mesh units.
     pub corrected: Vec<Vec<f64>>,
-    /// The triangles at vertices that follow edits of markers, as [`Untangle::at`] gives them.
-    edited_triangles: Vec<u32>,
+    /// V: whether the vertex follows edits of markers.
+    is_edited: Vec<bool>,
     /// V: whether edits of markers change the vertex's normal.
     is_beside: Vec<bool>,
     /// V positions of the large scale. Only those that edits affect are set.
@@ -171,13 +171,14 @@ impl<'c> Stages<'c> {
         let beside = |falloff: &EditFalloff| {
             local_normals::beside(context.rig, context.triangles, falloff.followers())
         };
-        let triangles = |untangle: &Untangle<'_>| falloff.map(|falloff| untangle.at(falloff.followers()));
+        let mut is_edited = vec![false; context.rig.vertices()];
+        falloff.iter().flat_map(|falloff| falloff.followers()).for_each(|v| is_edited[v as usize] = true);
         Self {
             context,
             effects,
             refined,
             corrected: vec![Vec::new(); effects.corrections.len()],
-            edited_triangles: effects.untangle.and_then(triangles).unwrap_or_default(),
+            is_edited,
             is_beside: falloff.map(beside).unwrap_or_default(),
             large_scale: Vec::new(),
             with_edits: WithEdits::default(),
@@ -259,7 +260,7 @@ impl<'c> Stages<'c> {
         let context = self.context;
         let edited = context.pose(context.edited, frame.number);
         if self.with_edits.is_there {
-            untangle.frame_at(&self.edited_triangles, edited, &mut self.with_edits.positions, &mut []);
+            untangle.frame_at(&self.is_edited, edited, &mut self.with_edits.positions, &mut []);
             let unedited = context.pose(context.unedited, frame.number);
             untangle.frame(unedited, frame.positions, frame.normals);
         } else {
@@ -275,7 +276,7 @@ impl<'c> Stages<'c> {
             let handles = context.pose(poses, frame.number);
             let moved = contact.frame(positions, normals);
             if let Some(untangle) = untangle {
-                untangle.frame_where(&moved, handles, positions, normals);
+                untangle.frame_at(&moved, handles, positions, normals);
             }
         };
         if self.with_edits.is_there {

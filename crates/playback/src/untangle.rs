@@ -106,31 +106,17 @@ impl<'a> Untangle<'a> {
         self.turn(self.turned(positions), handles, positions, normals);
     }
 
-    /// Does the same as [`Untangle::frame`], but begins with the turned triangles among `triangles`, which
-    /// [`Untangle::at`] gives. Triangles that turn over on the way are included.
+    /// Does the same as [`Untangle::frame`], but begins with the turned triangles at the vertices that
+    /// `begin` (V) marks. Triangles that turn over on the way are included.
     pub(crate) fn frame_at(
         &self,
-        triangles: &[u32],
+        begin: &[bool],
         handles: &[[f32; 3]],
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
     ) {
-        let turned = |t: &u32| is_turned(&self.triangles[*t as usize], positions);
-        let turned = triangles.iter().copied().filter(turned).collect();
-        self.turn(turned, handles, positions, normals);
-    }
-
-    /// Does the same as [`Untangle::frame`], but begins with the turned triangles at the vertices that
-    /// `moved` (V) marks.
-    pub(crate) fn frame_where(
-        &self,
-        moved: &[bool],
-        handles: &[[f32; 3]],
-        positions: &mut [[f32; 3]],
-        normals: &mut [[f32; 3]],
-    ) {
-        let is_moved = |triangle: &Triangle| triangle.corners.iter().any(|v| moved[*v as usize]);
-        let turned = |triangle: &Triangle| is_moved(triangle) && is_turned(triangle, positions);
+        let is_there = |triangle: &Triangle| triangle.corners.iter().any(|v| begin[*v as usize]);
+        let turned = |triangle: &Triangle| is_there(triangle) && is_turned(triangle, positions);
         let turned = (0..).zip(&self.triangles).filter(|(_, triangle)| turned(triangle));
         self.turn(turned.map(|(t, _)| t).collect(), handles, positions, normals);
     }
@@ -215,7 +201,7 @@ impl<'a> Untangle<'a> {
     }
 
     /// The triangles at any of these vertices, as indices into [`Untangle::triangles`], ascending.
-    pub(crate) fn at(&self, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
+    fn at(&self, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
         let triangles = vertices.flat_map(|v| self.vertex_triangles.at(v as usize));
         let at = |index: &u32| self.triangles.binary_search_by_key(index, |triangle| triangle.index).ok();
         let mut around: Vec<u32> = triangles.filter_map(at).map(|t| t as u32).collect();

@@ -54,23 +54,12 @@ impl<'a> EyeContact<'a> {
 mod tests {
     use super::*;
     use crate::Playback;
-    use crate::contact::Contact;
+    use crate::contact::test_rig::{assert_normals, assert_scans_stay, contact, largest_step, rig};
     use rhytid_conformance::evaluate;
     use rhytid_core::NoProgress;
     use rhytid_devices::{Guard, choose_devices};
     use rhytid_formats::export::OutputStage;
-    use rhytid_kernels::normals::VertexTriangles;
     use rhytid_test_support::eye::{self, EYEBALL, LASH};
-    use std::sync::Arc;
-
-    fn rig() -> Rig {
-        rhytid_solve::solve(&eye::face(), &NoProgress).unwrap().rounded().unwrap()
-    }
-
-    fn contact(rig: &Rig) -> Contact<'_> {
-        let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
-        Contact::new(rig, Arc::new(triangles)).unwrap()
-    }
 
     /// The handles at rest, with the middle one moved by `by` away from the eyeball.
     fn handles(rig: &Rig, by: f32) -> Vec<[f32; 3]> {
@@ -88,7 +77,7 @@ mod tests {
 
     #[test]
     fn lids_stay_on_their_eyeball() {
-        let rig = rig();
+        let rig = rig(&eye::face());
         let lids = &rig.learned().unwrap().contact.lids;
         let skin = || lids.iter().enumerate().filter(|(i, lid)| lid.leader as usize == *i);
         let contact = contact(&rig);
@@ -123,30 +112,18 @@ mod tests {
                 let apart = vec3::length(vec3::sub(step(lid.vertex.index()), step(leader.index())));
                 assert!(apart < 1e-6, "{lid:?}");
             }
-            let triangles = &rig.surface().triangles;
-            let at = VertexTriangles::new(rig.vertices(), triangles);
-            for (v, normal) in normals.iter().enumerate() {
-                let expected = rhytid_kernels::normals::vertex_normal(&after, triangles, at.at(v));
-                assert!(vec3::length(vec3::sub(*normal, expected)) < 1e-5, "vertex {v}");
-            }
+            assert_normals(&rig, &after, &normals);
         }
     }
 
     #[test]
     fn what_the_scans_show_stays_bit_for_bit() {
-        let rig = rig();
-        let contact = contact(&rig);
-        for handles in [&rig.handles().rest[..], rig.examples().handles.row(0)] {
-            let before = evaluate(&rig, handles).positions;
-            let mut after = before.clone();
-            contact.frame(&mut after, &mut []);
-            assert_eq!(before, after);
-        }
+        assert_scans_stay(&rig(&eye::face()));
     }
 
     #[test]
     fn frames_are_continuous_and_a_playback_has_the_contact() {
-        let rig = rig();
+        let rig = rig(&eye::face());
         let contact = contact(&rig);
         let frames: Vec<[f32; 3]> = (0..100).flat_map(|i| handles(&rig, -0.006 * i as f32)).collect();
         let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
@@ -159,12 +136,12 @@ mod tests {
             let before = evaluate(&rig, &frames[number * count..][..count]).positions;
             let mut expected = before.clone();
             contact.frame(&mut expected, &mut []);
-            let apart = |a: &[[f32; 3]], b: &[[f32; 3]]| {
-                a.iter().zip(b).map(|(a, b)| vec3::length(vec3::sub(*a, *b))).fold(0.0, f32::max)
-            };
-            assert!(apart(&found, &expected) < 1e-5, "frame {number}");
+            assert!(largest_step(&found, &expected) < 1e-5, "frame {number}");
             if let Some([last_before, last]) = &last {
-                assert!(apart(&found, last) < 2.0 * apart(&before, last_before) + 1e-5, "frame {number}");
+                assert!(
+                    largest_step(&found, last) < 2.0 * largest_step(&before, last_before) + 1e-5,
+                    "frame {number}"
+                );
             }
             last = Some([before, found]);
             number += 1;

@@ -2,6 +2,8 @@
 
 mod eyes;
 mod openings;
+#[cfg(test)]
+mod test_rig;
 
 use crate::local_normals;
 use eyes::EyeContact;
