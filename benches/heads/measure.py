@@ -82,6 +82,12 @@ def measure(program, face, case):
     return run(program, face, case, "evaluate", "--take", "take.csv", "--truth", "truth.npy")
 
 
+def worst_foretold(program, face, case):
+    """The largest error of a left-out example beside its shell, by `rhytid evaluate`."""
+    examples = run(program, face, case, "evaluate")["leave_one_out"]["examples"]
+    return max(example["rms_mm"] / example["shell_rms_mm"] for example in examples)
+
+
 def prior_weight(program, face, case):
     """How much `rhytid solve` takes of a prior."""
     return run(program, face, case, "solve")["prior"]["weight"]

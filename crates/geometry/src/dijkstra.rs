@@ -81,12 +81,31 @@ pub fn shortest_ways<L: Label, E: Iterator<Item = (u32, f64)>>(
     labels: &mut [L],
 ) {
     labels.fill(L::UNREACHED);
+    spread(sources, edges, limit, labels);
+}
+
+/// Does the same where no node is labelled yet. Returns the nodes that are reached, in the order in which
+/// they are found.
+pub(crate) fn spread<L: Label, E: Iterator<Item = (u32, f64)>>(
+    sources: impl IntoIterator<Item = (u32, L)>,
+    edges: impl Fn(u32) -> E,
+    limit: impl Fn(u32) -> f64,
+    labels: &mut [L],
+) -> Vec<u32> {
+    let mut reached = Vec::new();
     let mut queue = BinaryHeap::new();
-    for (node, label) in sources {
-        if label.order(&labels[node as usize]).is_lt() {
-            labels[node as usize] = label;
+    let mut visit = |node: u32, label: L, labels: &mut [L], queue: &mut BinaryHeap<_>| {
+        let known = &mut labels[node as usize];
+        if label.order(known).is_lt() {
+            if *known == L::UNREACHED {
+                reached.push(node);
+            }
+            *known = label;
             queue.push(Reverse(Visit { label, node }));
         }
+    };
+    for (node, label) in sources {
+        visit(node, label, labels, &mut queue);
     }
     while let Some(Reverse(Visit { label, node })) = queue.pop() {
         if labels[node as usize] != label {
@@ -95,10 +114,10 @@ pub fn shortest_ways<L: Label, E: Iterator<Item = (u32, f64)>>(
         }
         for (next, length) in edges(node) {
             let candidate = label.through(length);
-            if candidate.order(&labels[next as usize]).is_lt() && candidate.distance() <= limit(next) {
-                labels[next as usize] = candidate;
-                queue.push(Reverse(Visit { label: candidate, node: next }));
+            if candidate.distance() <= limit(next) {
+                visit(next, candidate, labels, &mut queue);
             }
         }
     }
+    reached
 }

@@ -1,13 +1,12 @@
 //! Distances along the edges of the rest mesh, and the handles' geodesic Voronoi cells, for `auto` strain
 //! edges (section 3).
 use crate::Topology;
-use crate::dijkstra::{Label, shortest_ways};
+use crate::dijkstra::{Label, shortest_ways, spread};
 use glam::DVec3;
 use rayon::prelude::*;
 use rhytid_core::{HandleId, SurfacePoint};
 use rhytid_kernels::vec3;
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
 
 /// The edges of the rest mesh with their lengths.
 pub struct EdgeGraph<'a> {
@@ -57,33 +56,41 @@ impl<'a> EdgeGraph<'a> {
         if is_inside { along.min(straight()) } else { along }
     }
 
-    /// The vertices whose distance from a vertex is at most `limit`, with these distances, by vertex. It
-    /// looks only at what is near, so it is for many vertices of a large mesh.
-    pub fn near(&self, from: u32, limit: f64) -> BTreeMap<u32, f64> {
-        let mut reached = BTreeMap::new();
-        let mut shortest = BTreeMap::from([(from, 0.0)]);
-        // Distances are not below 0, so their bits are in their order.
-        let mut queue = BTreeSet::from([(0_u64, from)]);
-        while let Some((bits, v)) = queue.pop_first() {
-            let distance = f64::from_bits(bits);
-            reached.insert(v, distance);
-            for (next, length) in self.edges(v).filter(|(next, _)| !reached.contains_key(next)) {
-                let candidate = distance + length;
-                let known = shortest.get(&next).copied().unwrap_or(f64::INFINITY);
-                if candidate < known && candidate <= limit {
-                    queue.remove(&(known.to_bits(), next));
-                    shortest.insert(next, candidate);
-                    queue.insert((candidate.to_bits(), next));
-                }
-            }
-        }
-        reached
-    }
-
     /// Writes the distance of every vertex from `from` into `distances`, V. A vertex that would be farther
     /// than its `limit` is not reached. The distance of a vertex that is not reached is infinite.
     pub fn distances(&self, from: &SurfacePoint, limit: impl Fn(u32) -> f64, distances: &mut [f64]) {
         shortest_ways(self.ways_from(from), |v| self.edges(v), limit, distances);
+    }
+}
+
+/// Looks for the vertices near a vertex, again and again. It touches only what is near, so it is for many
+/// vertices of a large mesh.
+pub struct Near<'a> {
+    graph: &'a EdgeGraph<'a>,
+    /// V: infinite where the last search did not get.
+    distances: Vec<f64>,
+    /// The vertices that the last search reached.
+    reached: Vec<u32>,
+}
+
+impl<'a> Near<'a> {
+    /// Before any search, no vertex is near.
+    pub fn new(graph: &'a EdgeGraph<'a>) -> Self {
+        Self { graph, distances: vec![f64::INFINITY; graph.vertices()], reached: Vec::new() }
+    }
+
+    /// Looks for the vertices whose distance from a vertex is at most `limit`. Returns them with these
+    /// distances, in no particular order.
+    pub fn search(&mut self, from: u32, limit: f64) -> impl Iterator<Item = (u32, f64)> {
+        self.reached.iter().for_each(|v| self.distances[*v as usize] = f64::INFINITY);
+        let edges = |v| self.graph.edges(v);
+        self.reached = spread([(from, 0.0)], edges, |_| limit, &mut self.distances);
+        self.reached.iter().map(|v| (*v, self.distances[*v as usize]))
+    }
+
+    /// The distance of a vertex in the last search. Infinite where it did not get.
+    pub fn distance(&self, v: u32) -> f64 {
+        self.distances[v as usize]
     }
 }
 
@@ -241,11 +248,15 @@ mod tests {
         for bend in [0.0, 1.0] {
             let (positions, topology) = grid(bend);
             let graph = EdgeGraph::new(&positions, &topology);
+            let mut near = Near::new(&graph);
             let mut distances = vec![0.0; positions.len()];
-            for (from, limit) in [(0, 9.0), (27, 0.0), (27, 12.5), (50, 1e9)] {
+            for (from, limit) in [(0, 9.0), (27, 0.0), (27, 12.5), (50, 1e9), (3, 2.0)] {
                 graph.distances(&VertexId(from).into(), |_| limit, &mut distances);
                 let expected = (0..).zip(&distances).filter(|(_, d)| **d <= limit).map(|(v, d)| (v, *d));
-                assert_eq!(graph.near(from, limit), expected.collect(), "{bend} {from} {limit}");
+                let mut found: Vec<(u32, f64)> = near.search(from, limit).collect();
+                found.sort_by_key(|(v, _)| *v);
+                assert_eq!(found, expected.collect::<Vec<_>>(), "{bend} {from} {limit}");
+                assert_eq!((0..56).map(|v| near.distance(v)).collect::<Vec<_>>(), distances);
             }
         }
     }

@@ -211,10 +211,12 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
             }
             let mut contact = Contact::default();
             if face.settings.contact.eyes {
+                progress.step("eyeballs", 0, 1)?;
                 (contact, report.eyeballs) = contact::recognise(&shell, face, &report.parts);
+                progress.step("eyeballs", 1, 1)?;
             }
             if face.settings.contact.openings {
-                contact.openings = openings::recognise(&shell, face, &report.parts);
+                contact.openings = openings::recognise(&shell, face, &report.parts, progress)?;
             }
             steps.finish(&settings, &shell.handles, contact)
         }

@@ -3,8 +3,10 @@ use crate::learned::{FreeMotion, FreePart};
 use crate::{Shell, diagonal};
 use rayon::prelude::*;
 use rhytid_core::openings::{ACROSS, Gap, LEADERS, smooth_step};
-use rhytid_core::{Example, Face, Openings, RimFollower, RimVertex, SurfacePoint, VertexId};
-use rhytid_geometry::geodesic::EdgeGraph;
+use rhytid_core::{
+    Example, Face, Openings, Progress, Result, RimFollower, RimVertex, SurfacePoint, VertexId,
+};
+use rhytid_geometry::geodesic::{EdgeGraph, Near};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use rhytid_kernels::vec3;
 use rstar::RTree;
@@ -44,27 +46,35 @@ const HELD: f64 = 5.0;
 const SLACK: f64 = 1e-3;
 
 /// The openings of a face, as its examples and its neutral show them.
-pub(crate) fn recognise(shell: &Shell, face: &Face, parts: &[FreePart]) -> Openings<f64> {
+///
+/// # Errors
+/// [`rhytid_core::Error::Cancelled`].
+pub(crate) fn recognise(
+    shell: &Shell,
+    face: &Face,
+    parts: &[FreePart],
+    progress: &dyn Progress,
+) -> Result<Openings<f64>> {
     let rest = &shell.surface.rest;
     let scans: Vec<Scan<'_>> = std::iter::once(&**rest)
         .chain(face.examples.iter().map(|example: &Example| &*example.positions))
         .map(|positions| Scan { positions, normals: normals(shell, positions) })
         .collect();
-    let rims = rims(shell, &scans, WIDEST * diagonal(face));
+    let rims = rims(shell, &scans, WIDEST * diagonal(face), progress)?;
     let mut openings = Openings { rims, ..Openings::default() };
     // Where scans cross, the artist or the scanner let them, and gaps there say little.
     let least = least_gaps(&openings, &scans);
     let crosses = |i: usize| least[i] < -CROSSED * openings.rims[i].reach;
     openings.rims = kept(&openings.rims, |i| !crosses(i));
     if openings.rims.is_empty() {
-        return Openings::default();
+        return Ok(Openings::default());
     }
     let least = least_gaps(&openings, &scans);
     for (rim, least) in openings.rims.iter_mut().zip(least) {
         rim.least_gap = least - SLACK * rim.reach;
     }
     openings.followers = followers(shell, parts, &openings.rims);
-    openings
+    Ok(openings)
 }
 
 /// A pose of the face: the neutral or an example.
@@ -116,14 +126,24 @@ fn normals(shell: &Shell, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
 }
 
 /// The vertices that have others across an opening in any scan.
-fn rims(shell: &Shell, scans: &[Scan<'_>], widest: f64) -> Vec<RimVertex<f64>> {
+///
+/// # Errors
+/// [`rhytid_core::Error::Cancelled`].
+fn rims(
+    shell: &Shell,
+    scans: &[Scan<'_>],
+    widest: f64,
+    progress: &dyn Progress,
+) -> Result<Vec<RimVertex<f64>>> {
     let mut across: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
-    for scan in scans {
+    for (i, scan) in scans.iter().enumerate() {
+        progress.step("openings", i as u64, scans.len() as u64)?;
         for [a, b] in opposite(shell, scan, widest) {
             across.entry(a).or_default().insert(b);
             across.entry(b).or_default().insert(a);
         }
     }
+    progress.step("openings", scans.len() as u64, scans.len() as u64)?;
     let rest = &shell.surface.rest;
     let graph = EdgeGraph::new(rest, &shell.topology);
     let apart = |a: u32, b: u32, positions: &[[f64; 3]]| {
@@ -132,7 +152,7 @@ fn rims(shell: &Shell, scans: &[Scan<'_>], widest: f64) -> Vec<RimVertex<f64>> {
     let around = |v: &u32| shell.topology.neighbors(*v as usize).iter().copied();
     let ring = |of: &BTreeSet<u32>| of.iter().flat_map(around).chain(of.iter().copied()).collect();
     // Each vertex with those across, the nearest first, and the mean length of the edges there.
-    let of_vertex = |(&vertex, found): (&u32, &BTreeSet<u32>)| {
+    let of_vertex = |ways: &mut Near<'_>, (&vertex, found): (&u32, &BTreeSet<u32>)| {
         let near: BTreeSet<u32> = ring(&ring(found));
         let lengths = found.iter().flat_map(|v| around(v).map(|w| apart(*v, w, rest)));
         let edge = lengths.sum::<f64>() / found.iter().flat_map(around).count().max(1) as f64;
@@ -143,10 +163,9 @@ fn rims(shell: &Shell, scans: &[Scan<'_>], widest: f64) -> Vec<RimVertex<f64>> {
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.truncate(LOOKED_AT);
         let farthest = near.last().map_or(0.0, |(distance, _)| *distance);
-        let ways = graph.near(vertex, WAY * farthest);
-        let way = |v: u32| ways.get(&v).copied().unwrap_or(f64::INFINITY);
+        let _ = ways.search(vertex, WAY * farthest);
         let mut kept: Vec<u32> = Vec::with_capacity(ACROSS);
-        let is_across = |(distance, v): &(f64, u32)| way(*v) > edge.max(WAY * distance);
+        let is_across = |(distance, v): &(f64, u32)| ways.distance(*v) > edge.max(WAY * distance);
         for (_, v) in near.into_iter().filter(is_across) {
             let is_apart = |other: &u32| apart(*other, v, rest) > SPACING * edge;
             if kept.len() < ACROSS && kept.iter().all(is_apart) {
@@ -155,7 +174,8 @@ fn rims(shell: &Shell, scans: &[Scan<'_>], widest: f64) -> Vec<RimVertex<f64>> {
         }
         (vertex, kept, edge)
     };
-    let across: Vec<(u32, Vec<u32>, f64)> = across.par_iter().map(of_vertex).collect();
+    let across: Vec<(u32, Vec<u32>, f64)> =
+        across.par_iter().map_init(|| Near::new(&graph), of_vertex).collect();
     // Who has none across, or is across from none, is no rim vertex.
     let named: BTreeSet<u32> = across
         .iter()
@@ -169,7 +189,7 @@ fn rims(shell: &Shell, scans: &[Scan<'_>], widest: f64) -> Vec<RimVertex<f64>> {
         across.iter_mut().zip(kept).for_each(|(slot, v)| *slot = numbers[v]);
         Some(RimVertex { vertex: VertexId(*vertex), across, reach: REACH * edge, least_gap: 0.0 })
     };
-    across.iter().filter_map(rim).collect()
+    Ok(across.iter().filter_map(rim).collect())
 }
 
 /// Pairs of vertices of the skin that are opposite each other.
@@ -241,16 +261,19 @@ fn followers(shell: &Shell, parts: &[FreePart], rims: &[RimVertex<f64>]) -> Vec<
     let is_rim: BTreeSet<VertexId> = rims.iter().map(|rim| rim.vertex).collect();
     let held: BTreeSet<VertexId> =
         shell.handles.points.iter().flat_map(SurfacePoint::corners).map(|(v, _)| v).collect();
+    let mut search = Near::new(&graph);
     let mut from_held = vec![f64::INFINITY; rest.len()];
-    for (v, distance) in held.difference(&is_rim).flat_map(|v| graph.near(v.0, reach)) {
-        from_held[v as usize] = from_held[v as usize].min(distance);
+    for vertex in held.difference(&is_rim) {
+        for (v, distance) in search.search(vertex.0, reach) {
+            from_held[v as usize] = from_held[v as usize].min(distance);
+        }
     }
     // The nearest rim vertices, and the nearest of those that are held, with their distances.
     let mut near: BTreeMap<u32, [Vec<(f64, u32)>; 2]> = BTreeMap::new();
     for (number, rim) in (0..).zip(rims) {
         let is_held = held.contains(&rim.vertex);
         let farthest = if is_held { HELD * reach } else { fade };
-        for (v, distance) in graph.near(rim.vertex.0, farthest) {
+        for (v, distance) in search.search(rim.vertex.0, farthest) {
             let [leaders, held] = near.entry(v).or_default();
             if distance < fade {
                 leaders.push((distance, number));
