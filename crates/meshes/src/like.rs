@@ -14,8 +14,11 @@ pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec
     Ok(like(read(path)?, neutral, neutral_path, path)?.positions)
 }
 
-/// `mesh`, which was read from `path`, if it is like the neutral.
-pub(super) fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Mesh> {
+/// `mesh`, which was read from `path`, if it has the vertices and faces of the neutral as in [`read_like`].
+///
+/// # Errors
+/// [`Error::Input`] if the number of vertices differs or a face joins others.
+pub fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Mesh> {
     let (path, like) = (path.display(), neutral_path.display());
     let cure = "an example needs the neutral's vertices in the same order: export both from the same mesh, without \
                 merging, splitting or reordering vertices";

@@ -1,6 +1,7 @@
 //! A mesh from a file of any format.
 
 use super::check::check;
+use super::shapes::Shapes;
 use super::{gltf, obj, ply};
 use rhytid_core::{Error, Mesh, Result, input_file};
 use std::path::Path;
@@ -73,4 +74,19 @@ fn decode_with(bytes: &[u8], format: Format, name: &str, external: gltf::Externa
     }?;
     check(&mesh, name)?;
     Ok(mesh)
+}
+
+/// As [`decode_with`], for a glTF file with its shapes.
+pub(super) fn decode_shapes_with(bytes: &[u8], name: &str, external: gltf::External<'_>) -> Result<Shapes> {
+    let shapes = gltf::decode_shapes(bytes, name, external)?;
+    check(&shapes.neutral, name)?;
+    for shape in &shapes.shapes {
+        if let Some((v, _)) = shape.moved.iter().find(|(_, by)| by.iter().any(|x| !x.is_finite())) {
+            return Err(Error::malformed(format!(
+                "{name}: the shape {:?} moves vertex {v} by what is not a number; export the mesh again",
+                shape.name
+            )));
+        }
+    }
+    Ok(shapes)
 }

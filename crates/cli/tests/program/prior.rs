@@ -46,10 +46,31 @@ fn a_prior_is_taken_and_named() {
     assert_eq!(told["prior"]["expressions"], count);
     assert!(told["prior"]["weight"].as_f64().unwrap() > 0.9, "{told}");
     assert!(told["candidates"][0]["left_out_mm"].as_f64().is_some(), "{told}");
-    let told = done("info face.toml", folder);
-    assert!(told.contains(&format!("generic, {count} expressions, weight auto")), "{told}");
+    let said = done("info face.toml", folder);
+    assert!(said.contains(&format!("generic, {count} expressions, weight auto")), "{said}");
     // The frames are those of the demo's own rig, but for what its wrinkles add.
     done("evaluate face.toml --json", folder);
+
+    // A file with all of them as shapes does as well.
+    let all: String = std::fs::read_dir(folder.join("generic"))
+        .unwrap()
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .filter(|file| file != "Neutral.obj")
+        .map(|file| {
+            format!("[[example]]\nname = \"{}\"\nmesh = \"generic/{file}\"\n", &file[..file.len() - 4])
+        })
+        .collect();
+    let neutral =
+        "[mesh]\nneutral = \"neutral.obj\"\nunits = \"cm\"\n[handles]\nvertices = \"markers.csv\"\n";
+    std::fs::write(folder.join("all.toml"), format!("{neutral}{all}")).unwrap();
+    done("solve all.toml -o all.safetensors", folder);
+    done("export-shapes all.safetensors -o all.glb", folder);
+    std::fs::write(folder.join("face.toml"), text.replace("\"generic\"", "\"all.glb\"")).unwrap();
+    let of_file: Value =
+        serde_json::from_str(&done("solve face.toml -o face.safetensors --json", folder)).unwrap();
+    assert_eq!(of_file["prior"]["expressions"], count);
+    let [a, b] = [&told, &of_file].map(|told| told["prior"]["weight"].as_f64().unwrap());
+    assert!((a - b).abs() < 1e-3, "{a} {b}");
 
     // Its rig does as well, and a rig is no project's only content.
     let rig = std::fs::read(folder.join("face.safetensors")).unwrap();
@@ -83,6 +104,10 @@ fn a_prior_that_cannot_be_used_is_one_sentence() {
     refused(&text.replace("\"generic\"", "\"../elsewhere\""), &["../elsewhere", "not in"]);
     std::fs::write(folder.join("generic/cube.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     refused(&text, &["cube.obj: has 3 vertices, but"]);
+    let triangle = "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[]}]}";
+    std::fs::write(folder.join("none.gltf"), triangle).unwrap();
+    refused(&text.replace("\"generic\"", "\"none.gltf\""), &["none.gltf", "has 0 vertices but no faces"]);
+    refused(&text.replace("\"generic\"", "\"all.glb\""), &["all.glb, which does not exist"]);
 
     // Without an example, nothing says whether the prior fits.
     std::fs::remove_file(folder.join("generic/cube.obj")).unwrap();

@@ -242,11 +242,15 @@ fn projects_that_would_not_read_back_are_not_written() {
             change(|p| {
                 p.prior = Some(PriorSection { neutral: Some("n.obj".into()), ..prior("a.safetensors") });
             }),
-            "[prior] has neutral, which is of no use where from is a rig",
+            "[prior] has neutral, which is of use only where from is a folder",
+        ),
+        (
+            change(|p| p.prior = Some(PriorSection { neutral: Some("n.obj".into()), ..prior("a.glb") })),
+            "[prior] has neutral, which is of use only where from is a folder",
         ),
         (
             change(|p| p.prior = Some(PriorSection { landmarks: Some("l.csv".into()), ..prior("generic") })),
-            "[prior] has landmarks, which is of no use where from is a folder",
+            "[prior] has landmarks, which is of use only where from is a rig",
         ),
     ] {
         let Err(Error::Input(found)) = write(&path, &bad) else { panic!("{bad:?} was written") };

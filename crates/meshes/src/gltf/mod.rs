@@ -4,10 +4,12 @@
 mod accessor;
 mod buffers;
 mod scene;
+mod targets;
 mod textures;
 
 pub(super) use buffers::{External, read_beside};
 
+use super::shapes::Shapes;
 use ::gltf::Gltf;
 use ::gltf::json::Root;
 use buffers::Buffers;
@@ -16,7 +18,13 @@ use std::sync::Arc;
 
 pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result<Mesh> {
     let (root, buffers) = open(bytes, name, external)?;
-    scene::read(&root, &buffers, name)
+    Ok(scene::read(&root, &buffers, name, false)?.neutral)
+}
+
+/// The mesh with its morph targets.
+pub(super) fn decode_shapes(bytes: &[u8], name: &str, external: External<'_>) -> Result<Shapes> {
+    let (root, buffers) = open(bytes, name, external)?;
+    scene::read(&root, &buffers, name, true)
 }
 
 /// The base colours of materials: names and images as they are encoded.

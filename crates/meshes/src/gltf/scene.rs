@@ -1,9 +1,11 @@
 //! The meshes of a glTF scene, each where its node has it.
 
 use super::super::materials::Assigned;
+use super::super::shapes::Shapes;
 use super::super::uvs::{uvs_from_corners, warn_partial_uvs};
 use super::accessor::Accessors;
 use super::buffers::Buffers;
+use super::targets::{self, Targets};
 use ::gltf::json::Root;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::scene::Node;
@@ -13,8 +15,9 @@ use rhytid_core::{Error, Mesh, Result};
 use rhytid_gltf::local_transform;
 use std::collections::HashMap;
 
-/// The triangles of every mesh in the default scene, in the order of its nodes, parents first.
-pub(super) fn read(root: &Root, buffers: &Buffers, name: &str) -> Result<Mesh> {
+/// The triangles of every mesh in the default scene, in the order of its nodes, parents first. With their morph
+/// targets if `with_shapes`.
+pub(super) fn read(root: &Root, buffers: &Buffers, name: &str, with_shapes: bool) -> Result<Shapes> {
     let mut reader = Reader {
         accessors: Accessors { root, buffers, name },
         mesh: Mesh::default(),
@@ -24,6 +27,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str) -> Result<Mesh> {
         corners_read: 0,
         materials: Assigned::default(),
         skipped: 0,
+        targets: with_shapes.then(Targets::default),
     };
     for (node, transform) in placed_nodes(root, name)? {
         reader.node(node, transform)?;
@@ -72,6 +76,8 @@ struct Reader<'a> {
     materials: Assigned,
     /// Primitives of points or lines.
     skipped: usize,
+    /// `None` if they are not wanted.
+    targets: Option<Targets>,
 }
 
 /// Where the data of a node's accessors begins in the mesh: several primitives (one per material) often share
@@ -91,8 +97,15 @@ impl Reader<'_> {
         // A skin places its mesh by joints alone. The stored mesh is the one that was bound to them.
         let transform = if node.skin.is_some() { DMat4::IDENTITY } else { transform };
         let mut begin = Begin::default();
+        let names = if self.targets.is_some() { targets::names(mesh) } else { Vec::new() };
         for (p, primitive) in mesh.primitives.iter().enumerate() {
-            self.primitive(primitive, transform, &mut begin, &format!("mesh {index}, primitive {p}"))?;
+            self.primitive(
+                primitive,
+                &names,
+                transform,
+                &mut begin,
+                &format!("mesh {index}, primitive {p}"),
+            )?;
         }
         Ok(())
     }
@@ -100,6 +113,7 @@ impl Reader<'_> {
     fn primitive(
         &mut self,
         primitive: &Primitive,
+        names: &[String],
         transform: DMat4,
         begin: &mut Begin,
         place: &str,
@@ -125,8 +139,12 @@ impl Reader<'_> {
                 "{place} is compressed with {by}, which is not supported; export it without compression"
             ));
         }
+        let is_new = !begin.vertices.contains_key(&position);
         let first_vertex = self.vertices(position, transform, begin)?;
         let count = self.accessors.count(position)?;
+        if let Some(targets) = self.targets.as_mut().filter(|_| is_new) {
+            targets.add(&self.accessors, primitive, names, (first_vertex, count), transform)?;
+        }
 
         let indices = match primitive.indices {
             Some(indices) => self.accessors.indices(indices.value())?,
@@ -229,7 +247,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn finish(mut self) -> Result<Mesh> {
+    fn finish(mut self) -> Result<Shapes> {
         let name = self.accessors.name;
         if self.skipped > 0 {
             log::warn!("{name}: {} primitives of points or lines were skipped", self.skipped);
@@ -243,7 +261,8 @@ impl Reader<'_> {
             warn_partial_uvs(name, self.corners_without_uv, corners);
         }
         self.mesh.materials = self.materials.finish();
-        Ok(self.mesh)
+        let shapes = self.targets.map(Targets::finish).unwrap_or_default();
+        Ok(Shapes { neutral: self.mesh, shapes })
     }
 
     fn unsupported<T>(&self, what: String) -> Result<T> {

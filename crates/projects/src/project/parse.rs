@@ -8,7 +8,7 @@ use super::sections::{
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
 use rhytid_core::{Bind, ContactSettings, InputErrorKind, LearnedSettings, Result, UpAxis, WrinkleStrains};
-use rhytid_meshes::NormalMapConvention;
+use rhytid_meshes::{NormalMapConvention, has_shapes};
 use std::collections::HashMap;
 use std::path::PathBuf;
 use toml::de::DeValue;
@@ -307,15 +307,16 @@ fn green(section: &Section<'_>) -> Result<Option<NormalMapConvention>> {
 
 fn prior_section(section: &Section<'_>) -> Result<PriorSection> {
     section.allow(&["from", "neutral", "landmarks", "weight"])?;
-    let from = section.path("from", "a folder of meshes, or a rig (.safetensors)")?;
+    let from =
+        section.path("from", "a folder of meshes, a mesh with shapes (.glb), or a rig (.safetensors)")?;
     let neutral =
         file(section, "neutral", "the mesh at rest that the meshes of the folder are expressions of")?;
     let landmarks = file(section, "landmarks", "a CSV file with pairs of handles, those of the rig first")?;
-    let is_rig = prior::is_rig(&from);
-    for (key, fits, of) in [("neutral", !is_rig, "a rig"), ("landmarks", is_rig, "a folder")] {
+    let (is_rig, has_shapes) = (prior::is_rig(&from), has_shapes(&from));
+    for (key, fits, of) in [("neutral", !is_rig && !has_shapes, "a folder"), ("landmarks", is_rig, "a rig")] {
         if section.get(key).is_some() && !fits {
             return Err(section
-                .error(&format!("has {key}, which is of no use where from is {of}; leave it out"))
+                .error(&format!("has {key}, which is of use only where from is {of}; leave it out"))
                 .of_kind(InputErrorKind::Conflict));
         }
     }

@@ -102,7 +102,8 @@ pub struct ExampleSection {
 /// `[prior]`: expressions of another face.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct PriorSection {
-    /// A folder of meshes with the neutral's vertices and faces, or the rig of another face.
+    /// A folder of meshes with the neutral's vertices and faces, a mesh with shapes (`.glb`, `.gltf`), or the
+    /// rig of another face.
     pub from: PathBuf,
     /// The mesh at rest that the meshes of the folder are expressions of. `None`: the folder's own mesh
     /// called `neutral`.

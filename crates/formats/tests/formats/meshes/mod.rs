@@ -6,5 +6,6 @@ mod like;
 mod obj;
 mod obj_round_trip;
 mod ply;
+mod shapes;
 mod shared;
 mod support;

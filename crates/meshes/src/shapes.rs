@@ -1,0 +1,68 @@
+//! The shapes that a file has beside its mesh, as of expressions.
+
+use super::gltf;
+use super::read::{Format, decode_shapes_with};
+use rhytid_core::{Error, Mesh, Result, input_file};
+use std::path::Path;
+
+/// A mesh and its shapes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shapes {
+    /// The mesh without any shape.
+    pub neutral: Mesh,
+    /// In the order of the file.
+    pub shapes: Vec<Shape>,
+}
+
+/// What a shape does to a mesh.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shape {
+    /// Its name, or `shape` and its number from 1 on where the file has none. No two shapes have the same.
+    pub name: String,
+    /// Vertices of the mesh and their displacements in mesh units. Each vertex is there at most once.
+    pub moved: Vec<(u32, [f64; 3])>,
+}
+
+impl Shape {
+    /// The V positions of a mesh in this shape.
+    ///
+    /// ```
+    /// # use rhytid_meshes::Shape;
+    /// let smile = Shape { name: "smile".into(), moved: vec![(1, [0.0, 0.5, 0.0])] };
+    /// let moved = smile.on(&[[0.0; 3], [1.0, 0.0, 0.0]]);
+    /// assert_eq!(moved, [[0.0; 3], [1.0, 0.5, 0.0]]);
+    /// ```
+    pub fn on(&self, positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        let mut positions = positions.to_vec();
+        for (v, by) in &self.moved {
+            positions[*v as usize].iter_mut().zip(by).for_each(|(x, by)| *x += by);
+        }
+        positions
+    }
+}
+
+/// Whether a file with this name may have shapes, by its extension.
+pub fn has_shapes(path: &Path) -> bool {
+    matches!(Format::from_extension(path), Ok(Format::Gltf))
+}
+
+/// Reads a mesh with its shapes: the morph targets of a glTF file.
+///
+/// Shapes of several meshes that have the same name are one shape: an expression moves the teeth too.
+///
+/// # Errors
+/// As [`super::read()`]. [`Error::Input`] where the format has no shapes.
+pub fn read_shapes(path: &Path) -> Result<Shapes> {
+    if !has_shapes(path) {
+        Format::from_extension(path)?;
+        return Err(Error::unsupported_format(format!(
+            "{}: a file of this format has one mesh and no shapes beside it; give a glTF file (.glb) with morph \
+             targets",
+            path.display()
+        )));
+    }
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
+    let name = path.display().to_string();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    decode_shapes_with(&bytes, &name, &|uri| gltf::read_beside(folder, uri, &name))
+}
