@@ -21,7 +21,6 @@
 //! ```
 #![forbid(unsafe_code)]
 
-mod axes;
 mod by_position;
 mod clean;
 pub mod coverage;
@@ -50,7 +49,6 @@ mod target;
 mod tracks;
 mod typical;
 
-pub use axes::Axes;
 pub use by_position::{Match, match_by_position};
 pub use clean::{Cleaned, clean};
 pub use edits::Edit;
@@ -59,6 +57,7 @@ pub use handles::{HandleSettings, PlacedHandles, place_handles};
 pub use labels::same_names;
 pub use poses::Pose;
 pub use report::{Event, Found, Kind, Report};
+pub use rhytid_geometry::Axes;
 pub use settings::{Settings, Step};
 pub use soft::{marker_noise, soften};
 pub use space::{Misfit, TakeSpace, misfit};

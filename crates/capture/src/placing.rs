@@ -3,7 +3,7 @@
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 use rhytid_core::{Error, Result, Warning};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
@@ -95,8 +95,9 @@ impl Place {
             })?;
             let turned = head.map_or(Similarity::IDENTITY, |head| head[(neutral.start + neutral.end) / 2]);
             unit = self::unit(stated.metres_per_unit, settings, mesh, &fitted, warnings);
-            axes =
-                settings.axes.unwrap_or_else(|| Axes::nearest(fitted.rotation * turned.rotation.conjugate()));
+            axes = settings.axes.unwrap_or_else(|| {
+                Axes::nearest(DMat3::from_quat(fitted.rotation * turned.rotation.conjugate()))
+            });
             (to_rig, to_world) = (fitted, world(unit.metres / mesh, axes));
         }
         let on_rig =

@@ -10,6 +10,7 @@
 //! | [`StrainGauge`] | principal strains of a mesh that deforms |
 //! | [`cholesky`] | sparse Cholesky factorisation for systems on meshes |
 //! | [`triangulate`] | triangles of polygons |
+//! | [`Axes`] | axes that are exchanged or point the other way |
 //!
 //! ```
 //! use glam::{DQuat, DVec3};
@@ -25,6 +26,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod axes;
 pub mod cholesky;
 pub mod dijkstra;
 pub mod geodesic;
@@ -35,6 +37,7 @@ mod surface;
 mod topology;
 mod triangulate;
 
+pub use axes::Axes;
 pub use strain_gauge::{PrincipalStrains, StrainGauge};
 pub use surface::{Closest, Surface};
 pub use topology::{Topology, components};

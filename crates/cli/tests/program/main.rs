@@ -11,6 +11,7 @@ mod device_choice;
 mod drivers;
 mod edits;
 mod end_to_end;
+mod example_space;
 mod exports;
 mod fade_and_head;
 mod judging;

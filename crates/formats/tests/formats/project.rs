@@ -22,6 +22,9 @@ vertices = "markers.csv"
 [[example]]
 name = "frown"
 mesh = "poses/frown.obj"
+unit = "mm"
+scale = 1.25
+axes = "+x-z+y"
 noise = 0.15
 normal_map = "frown.png"
 green = "down"
@@ -68,6 +71,9 @@ fn full() -> Project {
     let example = |name: &str, mesh: &str| ExampleSection {
         name: name.into(),
         mesh: mesh.into(),
+        unit: (name == "frown").then_some(Units::Millimetres),
+        scale: (name == "frown").then_some(1.25),
+        axes: (name == "frown").then(|| "+x-z+y".parse().unwrap()),
         mirror: name == "smile",
         noise: (name == "frown").then_some(0.15),
         take: (name == "smile").then(|| "ada.csv".into()),
@@ -150,7 +156,7 @@ fn the_former_names_of_keys_are_understood() {
     assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
     let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
     let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
-    let words = "line 48: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    let words = "line 51: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
     assert!(found.sentence().contains(words), "{found}");
 }
 

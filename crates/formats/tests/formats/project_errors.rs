@@ -55,7 +55,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "mesh = \"poses",
             "MESH = \"poses",
-            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, mirror, noise, take, frame, displacement, millimetres, normal_map, green, strength",
+            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, unit, scale, axes, mirror, noise, take, frame, displacement, millimetres, normal_map, green, strength",
         ),
         (
             "bending_length",

@@ -15,8 +15,8 @@ use rhytid_core::{Error, Mesh, Result};
 use rhytid_gltf::local_transform;
 use std::collections::HashMap;
 
-/// The triangles of every mesh in the default scene, in the order of its nodes, parents first. With their morph
-/// targets if `with_shapes`.
+/// The triangles of every mesh in the default scene, in the order of its nodes, parents first. With their
+/// morph targets if `with_shapes`.
 pub(super) fn read(root: &Root, buffers: &Buffers, name: &str, with_shapes: bool) -> Result<Shapes> {
     let mut reader = Reader {
         accessors: Accessors { root, buffers, name },

@@ -1,14 +1,15 @@
 //! Reads the files that a [`Project`] names, and makes a [`Face`] of them.
 use super::prior;
 use super::sculpted;
-use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
+use super::sections::{Edges, ExampleSection, Method, PinsSection, Project, Units};
 use rayon::prelude::*;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
 use rhytid_core::{
     Error, Example, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges,
-    SurfacePoint, VertexId, named_file,
+    SurfacePoint, UpAxis, VertexId, named_file,
 };
+use rhytid_geometry::Axes;
 use rhytid_meshes as mesh;
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
@@ -62,6 +63,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         let key = format!("[[example]] {:?}: mesh", example.name);
         let example_path = existing(path, &example.mesh, &key, reach)?;
         let mut positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
+        to_neutral(&mut positions, example, project);
         if let (Some(map), Some(millimetres)) = (&example.displacement, example.millimetres) {
             let key = format!("[[example]] {:?}: displacement", example.name);
             let map = existing(path, map, &key, reach)?;
@@ -112,6 +114,26 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             max_influences: project.fine_scale.max_influences,
         },
     })
+}
+
+/// Takes an example's positions from the space of its file to the neutral's.
+///
+/// glTF is in metres, and its y points up. A project says what the space of its neutral is. So an example as
+/// glTF is known to be in another space only beside a neutral of another format.
+fn to_neutral(positions: &mut [[f64; 3]], example: &ExampleSection, project: &Project) {
+    let is_gltf = |file: &Path| matches!(mesh::Format::from_extension(file), Ok(mesh::Format::Gltf));
+    let differs = is_gltf(&example.mesh) && !is_gltf(&project.mesh.neutral);
+    let of_file = if differs { Units::Metres } else { project.mesh.units };
+    let unit = example.unit.unwrap_or(of_file).metres_per_unit();
+    let factor = unit / project.mesh.units.metres_per_unit() * example.scale.unwrap_or(1.0);
+    let axes = match project.mesh.up {
+        UpAxis::Z if differs => Axes::Y_UP_TO_Z_UP,
+        _ => Axes::SAME,
+    };
+    let axes = example.axes.unwrap_or(axes);
+    if factor != 1.0 || axes != Axes::SAME {
+        positions.iter_mut().for_each(|x| *x = axes.apply(*x).map(|x| factor * x));
+    }
 }
 
 /// The files that a project is read from, that of the project first. They need not exist.

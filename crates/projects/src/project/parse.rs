@@ -8,6 +8,7 @@ use super::sections::{
 use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
 use rhytid_core::{Bind, ContactSettings, InputErrorKind, LearnedSettings, Result, UpAxis, WrinkleStrains};
+use rhytid_geometry::Axes;
 use rhytid_meshes::{NormalMapConvention, has_shapes};
 use std::collections::HashMap;
 use std::path::PathBuf;
@@ -135,28 +136,7 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
     if let Some(name) = name.filter(|name| name.trim().is_empty()) {
         return Err(section.wrong("name", &quoted(name), "a name that is not empty"));
     }
-    let expected = "\"m\", \"cm\", \"mm\", \"in\" or a number above 0, the metres in one mesh unit";
-    let units = match section.required("units", expected)? {
-        DeValue::String(unit) => match unit.as_ref() {
-            "m" => Units::Metres,
-            "cm" => Units::Centimetres,
-            "mm" => Units::Millimetres,
-            "in" => Units::Inches,
-            _ => {
-                return Err(section
-                    .wrong("units", &quoted(unit), expected)
-                    .of_kind(InputErrorKind::UnknownUnit { found: unit.to_string() }));
-            }
-        },
-        _ => {
-            let metres = section.positive("units", expected)?;
-            if !SIZES.contains(&metres) {
-                let range = "a number of metres from 0.000001 to 1000000, in which heads are neither dust nor planets";
-                return Err(section.wrong("units", &format!("{metres:?}"), range));
-            }
-            Units::MetresPerUnit(metres)
-        }
-    };
+    let Some(units) = units(section, "units")? else { return Err(section.lacks("units", UNITS)) };
     let up = match section.text("up", "\"y\" or \"z\"")? {
         None => UpAxis::default(),
         Some("y" | "Y") => UpAxis::Y,
@@ -164,6 +144,42 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
         Some(other) => return Err(section.wrong("up", &quoted(other), "\"y\" or \"z\"")),
     };
     Ok(MeshSection { name: name.map(str::to_owned), neutral, units, up })
+}
+
+const UNITS: &str = "\"m\", \"cm\", \"mm\", \"in\" or a number above 0, the metres in one mesh unit";
+
+/// The unit that a key names.
+fn units(section: &Section<'_>, key: &str) -> Result<Option<Units>> {
+    let Some(value) = section.get(key) else { return Ok(None) };
+    Ok(Some(match value {
+        DeValue::String(unit) => match unit.as_ref() {
+            "m" => Units::Metres,
+            "cm" => Units::Centimetres,
+            "mm" => Units::Millimetres,
+            "in" => Units::Inches,
+            _ => {
+                return Err(section
+                    .wrong(key, &quoted(unit), UNITS)
+                    .of_kind(InputErrorKind::UnknownUnit { found: unit.to_string() }));
+            }
+        },
+        _ => {
+            let metres = section.positive(key, UNITS)?;
+            if !SIZES.contains(&metres) {
+                let range = "a number of metres from 0.000001 to 1000000, in which heads are neither dust nor planets";
+                return Err(section.wrong(key, &format!("{metres:?}"), range));
+            }
+            Units::MetresPerUnit(metres)
+        }
+    }))
+}
+
+/// The axes that a key names.
+fn axes(section: &Section<'_>) -> Result<Option<Axes>> {
+    let expected = "the mesh's axes that are the neutral's x, y and z, such as \"+x-z+y\" for a mesh with y up \
+                    beside a neutral with z up";
+    let Some(text) = section.text("axes", expected)? else { return Ok(None) };
+    text.parse().map(Some).map_err(|_| section.wrong("axes", &quoted(text), expected))
 }
 
 fn handles(section: &Section<'_>) -> Result<HandlesSection> {
@@ -180,6 +196,9 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         section.allow(&[
             "name",
             "mesh",
+            "unit",
+            "scale",
+            "axes",
             "mirror",
             "noise",
             "take",
@@ -215,6 +234,9 @@ fn example_name<'a>(section: &Section<'a>) -> Result<&'a str> {
 
 fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
     let mesh = section.path("mesh", "the file of the example's mesh")?;
+    let unit = units(section, "unit")?;
+    let scale = positive(section, "scale", "what the mesh is multiplied by, a number above 0", 1e6)?;
+    let axes = axes(section)?;
     let mirror = section.truth("mirror")?.unwrap_or(false);
     let millimetres_of_noise = "millimetres, a number from 0 to 1000";
     let noise = match section.get("noise") {
@@ -256,6 +278,9 @@ fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
     Ok(ExampleSection {
         name: name.to_owned(),
         mesh,
+        unit,
+        scale,
+        axes,
         mirror,
         noise,
         take,

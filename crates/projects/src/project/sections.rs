@@ -1,6 +1,7 @@
 //! The sections of a project file.
 
 use rhytid_core::{Bind, ContactSettings, LearnedSettings, UpAxis, WrinkleStrains};
+use rhytid_geometry::Axes;
 use rhytid_meshes::NormalMapConvention;
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -67,6 +68,16 @@ pub struct ExampleSection {
     pub name: String,
     /// A mesh with the neutral's vertices and faces.
     pub mesh: PathBuf,
+    /// The unit of the mesh's coordinates. `None`: metres for a glTF file whose neutral is none, else the
+    /// neutral's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<Units>,
+    /// What the mesh's coordinates are multiplied by besides; 1 by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub scale: Option<f64>,
+    /// What the neutral's axes are in the mesh. `None`: those that the formats of both say, else the same.
+    #[serde(skip_serializing_if = "Option::is_none", serialize_with = "as_text")]
+    pub axes: Option<Axes>,
     /// Whether its mirror image is an example too.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub mirror: bool,
@@ -248,6 +259,14 @@ impl Units {
             Units::Inches => 0.0254,
             Units::MetresPerUnit(metres) => metres,
         }
+    }
+}
+
+/// Writes a value as a project file names it.
+fn as_text<S: Serializer>(value: &Option<Axes>, serializer: S) -> Result<S::Ok, S::Error> {
+    match value {
+        Some(axes) => serializer.collect_str(axes),
+        None => serializer.serialize_none(),
     }
 }
 

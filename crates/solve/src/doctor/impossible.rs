@@ -1,6 +1,7 @@
 //! Findings that make a solve impossible.
 use super::finding::{Finding, Report, Severity};
 use super::points;
+use super::space;
 use super::words::{count, first_few, length};
 use glam::DVec3;
 use rhytid_core::{Example, Face, HandleId, LearnedSettings, Method, StrainEdges};
@@ -27,7 +28,7 @@ enum Check {
 }
 
 /// All checks, in the order of the report.
-const CHECKS: [Check; 22] = [
+const CHECKS: [Check; 23] = [
     Check::Needed(no_faces),
     Check::Needed(neutral_not_finite),
     Check::Needed(faulty_faces),
@@ -40,6 +41,7 @@ const CHECKS: [Check; 22] = [
     Check::One(points::not_met_together),
     Check::One(points::turning),
     Check::Each(faulty_examples),
+    Check::Each(space::examples_in_another_space),
     Check::One(pins_out_of_range),
     Check::One(bending_length_out_of_range),
     Check::One(far_from_origin),

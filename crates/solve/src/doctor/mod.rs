@@ -4,6 +4,7 @@ mod finding;
 mod handles;
 mod impossible;
 mod points;
+mod space;
 mod surface;
 mod unit;
 mod words;

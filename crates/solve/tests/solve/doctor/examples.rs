@@ -11,9 +11,9 @@ fn without_examples_there_is_a_note() {
 }
 
 #[test]
-fn examples_in_another_unit() {
-    let face = with(|f| f.examples[0].positions.iter_mut().flatten().for_each(|c| *c *= 10.0));
-    let words = ["example smile", "vertex 24 by 234 mesh units", "over half of the mesh's size"];
+fn examples_far_away() {
+    let face = with(|f| f.examples[0].positions[20..].iter_mut().for_each(|x| x[1] += 20.0));
+    let words = ["example smile", "vertex 20 by 20 mesh units", "over half of the mesh's size"];
     finds(&face, Severity::Warning, "example-far-away", &words);
 }
 

@@ -3,6 +3,7 @@
 mod examples;
 mod handles;
 mod impossible;
+mod space;
 mod surface;
 
 use proptest::prelude::*;

@@ -12,6 +12,9 @@ impl Axes {
     /// The file has the mesh's axes.
     pub const SAME: Self = Self([(0, false), (1, false), (2, false)]);
 
+    /// From a file whose y points up to a mesh whose z does.
+    pub const Y_UP_TO_Z_UP: Self = Self([(0, false), (2, true), (1, false)]);
+
     /// The 24 rotations.
     pub fn all() -> impl Iterator<Item = Self> {
         Self::with_mirror_images().filter(|axes| !axes.is_mirror_image())
@@ -35,14 +38,15 @@ impl Axes {
         self.0.map(|(axis, negative)| if negative { -point[axis] } else { point[axis] })
     }
 
-    /// The rotation of axes that is nearest to a rotation from the file's axes to the mesh's.
-    pub fn nearest(rotation: DQuat) -> Self {
-        let wanted = DMat3::from_quat(rotation);
+    /// The axes that are nearest to a rotation from the file's axes to the mesh's, or to a mirror image of
+    /// one.
+    pub fn nearest(wanted: DMat3) -> Self {
         let likeness = |axes: &Self| -> f64 {
             let matrix = axes.matrix();
             (0..3).map(|i| matrix.col(i).dot(wanted.col(i))).sum()
         };
-        Self::all().max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or(Self::SAME)
+        let all = Self::with_mirror_images();
+        all.max_by(|a, b| likeness(a).total_cmp(&likeness(b))).unwrap_or(Self::SAME)
     }
 
     /// The rotation from the file's axes to the mesh's.
@@ -51,7 +55,7 @@ impl Axes {
     }
 
     /// The matrix from the file's axes to the mesh's.
-    pub(crate) fn matrix(&self) -> DMat3 {
+    pub fn matrix(&self) -> DMat3 {
         let row = |(axis, negative): (usize, bool)| {
             let mut row = DVec3::ZERO;
             row[axis] = if negative { -1.0 } else { 1.0 };
@@ -93,7 +97,10 @@ mod tests {
         for axes in all {
             assert_eq!(axes.to_string().parse::<Axes>().unwrap(), axes);
             let slightly = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.5);
-            assert_eq!(Axes::nearest(slightly * axes.rotation()), axes);
+            let turned = DMat3::from_quat(slightly) * axes.matrix();
+            assert_eq!(Axes::nearest(turned), axes);
+            let mirrored = "-x+y+z".parse::<Axes>().unwrap().matrix();
+            assert!(Axes::nearest(turned * mirrored).is_mirror_image());
         }
         assert!("-x+y+z".parse::<Axes>().unwrap().is_mirror_image());
         assert_eq!(Axes::with_mirror_images().count(), 48);
