@@ -143,7 +143,7 @@ impl Reader<'_> {
         let first_vertex = self.vertices(position, transform, begin)?;
         let count = self.accessors.count(position)?;
         if let Some(targets) = self.targets.as_mut().filter(|_| is_new) {
-            targets.add(&self.accessors, primitive, names, (first_vertex, count), transform)?;
+            targets.add(&self.accessors, primitive, names, first_vertex, count, transform)?;
         }
 
         let indices = match primitive.indices {

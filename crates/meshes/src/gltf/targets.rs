@@ -21,14 +21,20 @@ pub(super) fn names(mesh: &Mesh) -> Vec<String> {
     let named = extras.unwrap_or_default().target_names;
     let count = mesh.primitives.iter().filter_map(|primitive| primitive.targets.as_ref()).map(Vec::len).max();
     let mut taken = HashSet::new();
+    // How often each name was there: a file may have the same one a million times.
+    let mut times: HashMap<String, usize> = HashMap::new();
     let mut names = Vec::new();
     for number in 1..=count.unwrap_or(0) {
         let name = named.get(number - 1).cloned().unwrap_or_else(|| format!("shape {number}"));
-        let others = (2..).map(|other| format!("{name} {other}"));
-        let free = std::iter::once(name.clone()).chain(others).find(|name| !taken.contains(name));
-        let name = free.unwrap_or(name);
-        taken.insert(name.clone());
-        names.push(name);
+        let times = times.entry(name.clone()).or_default();
+        let free = loop {
+            *times += 1;
+            let free = if *times > 1 { format!("{name} {times}") } else { name.clone() };
+            if taken.insert(free.clone()) {
+                break free;
+            }
+        };
+        names.push(free);
     }
     names
 }
@@ -41,7 +47,12 @@ pub(super) struct Targets {
     numbers: HashMap<String, usize>,
     /// Displacements that are not 0.
     moved: u64,
+    /// All displacements, most of which a sparse accessor leaves out.
+    read: u64,
 }
+
+/// The most displacements for each byte of the file's data. Sparse shapes of a real head have up to ten.
+const MOST_READ: u64 = 64;
 
 impl Targets {
     /// Adds the targets of a primitive. Its `count` vertices were read to `first` and after, with the
@@ -51,7 +62,8 @@ impl Targets {
         accessors: &Accessors<'_>,
         primitive: &Primitive,
         names: &[String],
-        (first, count): (u32, u64),
+        first: u32,
+        count: u64,
         transform: DMat4,
     ) -> Result<()> {
         for (target, name) in primitive.targets.iter().flatten().zip(names) {
@@ -68,6 +80,11 @@ impl Targets {
                     accessors.count(positions)?
                 )));
             }
+            self.read += count;
+            let bytes = accessors.buffers.total.saturating_add(1 << 16);
+            if self.read > MOST_READ.saturating_mul(bytes) {
+                return self.repeats(accessors);
+            }
             let displacements = accessors.vectors::<3>(positions)?;
             let moved = (first..).zip(displacements).filter(|(_, by)| *by != [0.0; 3]);
             let before = self.shapes[number].moved.len();
@@ -76,15 +93,20 @@ impl Targets {
             );
             // Each displacement is stored, so a real file has more bytes than displacements.
             self.moved += (self.shapes[number].moved.len() - before) as u64;
-            if self.moved > accessors.buffers.total.saturating_add(1 << 16) {
-                return Err(Error::unsupported_format(format!(
-                    "{file}: its shapes repeat the same data: {} displacements from {} bytes; export it without \
-                     copies",
-                    self.moved, accessors.buffers.total
-                )));
+            if self.moved > bytes {
+                return self.repeats(accessors);
             }
         }
         Ok(())
+    }
+
+    fn repeats(&self, accessors: &Accessors<'_>) -> Result<()> {
+        let (file, bytes) = (accessors.name, accessors.buffers.total);
+        Err(Error::unsupported_format(format!(
+            "{file}: its shapes repeat the same data: {} displacements from {bytes} bytes; export it without \
+             copies",
+            self.read
+        )))
     }
 
     /// All shapes, in the order in which they were found.

@@ -105,6 +105,17 @@ fn wrong_shapes_are_one_sentence() {
         d["meshes"][0]["primitives"][0]["targets"] = many.into();
     });
     assert!(said.contains("its shapes repeat the same data"), "{said}");
+    // The same with displacements that are not stored, so all are 0.
+    let said = refused(|d| {
+        let count = 30_000;
+        let uri = format!("data:;base64,{}", base64::prelude::BASE64_STANDARD.encode(vec![0; 12 * count]));
+        d["buffers"][0] = json!({"byteLength": 12 * count, "uri": uri});
+        d["bufferViews"][0]["byteLength"] = (12 * count).into();
+        d["accessors"][0]["count"] = count.into();
+        d["accessors"][1] = json!({"componentType": 5126, "count": count, "type": "VEC3"});
+        d["meshes"][0]["primitives"][0]["targets"] = vec![json!({"POSITION": 1}); 1000].into();
+    });
+    assert!(said.contains("its shapes repeat the same data"), "{said}");
     for path in ["face.obj", "face.stl"] {
         let said = message(read_shapes(Path::new(path)).map(|_| ()));
         assert!(said.contains("glb") && !has_shapes(Path::new(path)), "{said}");
