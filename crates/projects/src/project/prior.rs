@@ -56,10 +56,8 @@ pub(super) fn read(
     if is_rig(&section.from) {
         return Ok(None);
     }
-    let other = match mesh::has_shapes(&section.from) {
-        true => in_file(section, path, neutral, neutral_path, reach)?,
-        false => in_folder(section, path, neutral, neutral_path, reach)?,
-    };
+    let named = Named { section, path, neutral, neutral_path, reach };
+    let other = if mesh::has_shapes(&section.from) { named.in_file()? } else { named.in_folder()? };
     let rest = points(&other.rest);
     let to = points(&neutral.positions);
     let motion = registration::fit(&rest, &to, &vec![1.0; rest.len()], true).ok_or_else(|| {
@@ -93,78 +91,82 @@ fn points(positions: &[[f64; 3]]) -> Vec<DVec3> {
     positions.iter().copied().map(DVec3::from_array).collect()
 }
 
-/// The meshes of a folder.
-fn in_folder(
-    section: &PriorSection,
-    path: &Path,
-    neutral: &Mesh,
-    neutral_path: &Path,
+/// Where a project names a prior, and the neutral whose vertices and faces it has to have.
+#[derive(Clone, Copy)]
+struct Named<'a> {
+    section: &'a PriorSection,
+    /// The project file.
+    path: &'a Path,
+    neutral: &'a Mesh,
+    neutral_path: &'a Path,
     reach: Reach,
-) -> Result<OtherFace> {
-    let folder = named_folder(path, &section.from, "[prior] from", reach)?;
-    let found = meshes_in(&folder).map_err(Error::io(&folder))?;
-    let is_neutral = |file: &PathBuf| file.file_stem().is_some_and(|stem| stem.eq_ignore_ascii_case(NEUTRAL));
-    let rest_path = match &section.neutral {
-        Some(file) => existing(path, file, "[prior] neutral", reach)?,
-        None => found.iter().find(|file| is_neutral(file)).cloned().ok_or_else(|| {
-            Error::input(format!(
+}
+
+impl Named<'_> {
+    /// The meshes of a folder.
+    fn in_folder(&self) -> Result<OtherFace> {
+        let Self { section, path, neutral, neutral_path, reach } = *self;
+        let folder = named_folder(path, &section.from, "[prior] from", reach)?;
+        let found = meshes_in(&folder).map_err(Error::io(&folder))?;
+        let is_neutral =
+            |file: &PathBuf| file.file_stem().is_some_and(|stem| stem.eq_ignore_ascii_case(NEUTRAL));
+        let rest_path = match &section.neutral {
+            Some(file) => existing(path, file, "[prior] neutral", reach)?,
+            None => found.iter().find(|file| is_neutral(file)).cloned().ok_or_else(|| {
+                Error::input(format!(
                 "{}: [prior] from names {}, which has no mesh called {NEUTRAL}; name the face at rest that \
                  these expressions are of with neutral = FILE",
                 path.display(),
                 folder.display()
             ))
             .of_kind(InputErrorKind::NotThere { file: folder.join("neutral.obj") })
-        })?,
-    };
-    let is_rest =
-        |file: &PathBuf| is_neutral(file) || file.canonicalize().ok() == rest_path.canonicalize().ok();
-    let files: Vec<PathBuf> = found.into_iter().filter(|file| !is_rest(file)).collect();
-    if files.is_empty() {
-        return Err(Error::empty(format!(
-            "{}: [prior] from names {}, which has no expression in it; put meshes with the vertices of {} there",
-            path.display(),
-            folder.display(),
-            neutral_path.display()
-        )));
+            })?,
+        };
+        let is_rest =
+            |file: &PathBuf| is_neutral(file) || file.canonicalize().ok() == rest_path.canonicalize().ok();
+        let files: Vec<PathBuf> = found.into_iter().filter(|file| !is_rest(file)).collect();
+        if files.is_empty() {
+            return Err(Error::empty(format!(
+                "{}: [prior] from names {}, which has no expression in it; put meshes with the vertices of {} there",
+                path.display(),
+                folder.display(),
+                neutral_path.display()
+            )));
+        }
+        let rest = mesh::read_like(neutral, neutral_path, &rest_path)?;
+        let expression = |file: &PathBuf| {
+            let within = file.strip_prefix(folder_of(path)).unwrap_or(file);
+            let file = named_file(path, within, "[prior] from", reach)?;
+            let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+            Ok((name, mesh::read_like(neutral, neutral_path, &file)?))
+        };
+        // Of several errors, the first in the order of the names is reported.
+        let expressions: Vec<Result<_>> = files.par_iter().map(expression).collect();
+        let expressions = expressions.into_iter().collect::<Result<_>>()?;
+        Ok(OtherFace { rest_path, rest, expressions })
     }
-    let rest = mesh::read_like(neutral, neutral_path, &rest_path)?;
-    let expression = |file: &PathBuf| {
-        let within = file.strip_prefix(folder_of(path)).unwrap_or(file);
-        let file = named_file(path, within, "[prior] from", reach)?;
-        let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        Ok((name, mesh::read_like(neutral, neutral_path, &file)?))
-    };
-    // Of several errors, the first in the order of the names is reported.
-    let expressions: Vec<Result<_>> = files.par_iter().map(expression).collect();
-    let expressions = expressions.into_iter().collect::<Result<_>>()?;
-    Ok(OtherFace { rest_path, rest, expressions })
-}
 
-/// A mesh with its shapes.
-fn in_file(
-    section: &PriorSection,
-    path: &Path,
-    neutral: &Mesh,
-    neutral_path: &Path,
-    reach: Reach,
-) -> Result<OtherFace> {
-    let rest_path = existing(path, &section.from, "[prior] from", reach)?;
-    let Shapes { neutral: other, shapes } = mesh::read_shapes(&rest_path)?;
-    let rest = mesh::like(other, neutral, neutral_path, &rest_path)?.positions;
-    if shapes.is_empty() {
-        return Err(Error::empty(format!(
-            "{}: [prior] from names {}, which has no expression in it; export it with its blend shapes (morph \
+    /// A mesh with its shapes.
+    fn in_file(&self) -> Result<OtherFace> {
+        let Self { section, path, neutral, neutral_path, reach } = *self;
+        let rest_path = existing(path, &section.from, "[prior] from", reach)?;
+        let Shapes { neutral: other, shapes } = mesh::read_shapes(&rest_path)?;
+        let rest = mesh::like(other, neutral, neutral_path, &rest_path)?.positions;
+        if shapes.is_empty() {
+            return Err(Error::empty(format!(
+                "{}: [prior] from names {}, which has no expression in it; export it with its blend shapes (morph \
              targets)",
-            path.display(),
-            rest_path.display()
-        )));
+                path.display(),
+                rest_path.display()
+            )));
+        }
+        let expressions = shapes.into_iter().map(|shape| {
+            let positions = shape.on(&rest);
+            (shape.name, positions)
+        });
+        let expressions = expressions.collect();
+        Ok(OtherFace { rest_path, rest, expressions })
     }
-    let expressions = shapes.into_iter().map(|shape| {
-        let positions = shape.on(&rest);
-        (shape.name, positions)
-    });
-    let expressions = expressions.collect();
-    Ok(OtherFace { rest_path, rest, expressions })
 }
 
 /// The meshes in a folder, in the order of their names.
