@@ -1,4 +1,4 @@
-//! Meshes in: OBJ, PLY and glTF, told apart by their file names. See docs/meshes.md.
+//! Meshes in: OBJ, PLY, glTF and USD, told apart by their file names. See docs/meshes.md.
 //!
 //! Polygons, vertex order, texture coordinates and the names of materials are kept as the file has them. No
 //! reader panics on any bytes, and none allocates more than a small multiple of them.
@@ -19,6 +19,7 @@ mod ply;
 mod read;
 mod shapes;
 mod textures;
+mod usd;
 mod uvs;
 mod weights;
 mod write_obj;
@@ -29,8 +30,8 @@ pub use groups::read_groups;
 pub use like::{like, read_like};
 pub use normal_map::{Integrated, NormalMap, NormalMapConvention};
 pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
-pub use read::{Format, decode, read};
-pub use shapes::{Shape, Shapes, has_shapes, read_shapes};
+pub use read::{Format, Selection, decode, read, read_file};
+pub use shapes::{Shape, Shapes, Space, has_shapes, read_shapes};
 pub use textures::read_textures;
 pub use weights::read_weights;
 pub use write_obj::write_obj;

@@ -1,8 +1,8 @@
 //! A mesh from a file of any format.
 
 use super::check::check;
-use super::shapes::Shapes;
-use super::{gltf, obj, ply};
+use super::shapes::{Shapes, Space};
+use super::{gltf, obj, ply, usd};
 use rhytid_core::{Error, Mesh, Result, input_file};
 use std::path::Path;
 
@@ -15,6 +15,8 @@ pub enum Format {
     Ply,
     /// glTF 2.0: GLB or JSON, told apart by their first bytes.
     Gltf,
+    /// USD: text, binary or a package, told apart by their first bytes.
+    Usd,
 }
 
 impl Format {
@@ -29,13 +31,36 @@ impl Format {
             "obj" => Ok(Self::Obj),
             "ply" => Ok(Self::Ply),
             "glb" | "gltf" => Ok(Self::Gltf),
+            "usd" | "usda" | "usdc" | "usdz" => Ok(Self::Usd),
             _ => Err(Error::unsupported_format(format!(
-                "{}: a mesh's file name must end in .obj, .ply, .glb or .gltf, found {}; export the mesh in \
+                "{}: a mesh's file name must end in .obj, .ply, .glb, .gltf or .usd, found {}; export the mesh in \
                  one of these formats",
                 path.display(),
                 if extension.is_empty() { "no extension".into() } else { format!(".{extension}") }
             ))),
         }
+    }
+}
+
+/// What of a file is meant.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Selection {
+    /// The path of a prim: of a USD file, the meshes at this prim and below it. `None`: all that are shown.
+    pub prim: Option<String>,
+    /// A time code: of a USD file, the pose at this time. `None`: the pose without a time, else the first.
+    pub time: Option<f64>,
+}
+
+impl Selection {
+    /// Checks that a file of this format can have what is meant.
+    fn check(&self, format: Format, name: &str) -> Result<()> {
+        if format == Format::Usd || *self == Self::default() {
+            return Ok(());
+        }
+        let what = if self.prim.is_some() { "prim" } else { "time" };
+        Err(Error::conflict(format!(
+            "{name}: a {what} is given, which only USD files have; leave it out, or export the mesh as USD"
+        )))
     }
 }
 
@@ -45,11 +70,21 @@ impl Format {
 /// [`Error::Input`] if the extension is unknown or the file is not a valid mesh (see [`check`]);
 /// [`Error::Io`].
 pub fn read(path: &Path) -> Result<Mesh> {
+    Ok(read_file(path, &Selection::default(), false)?.neutral)
+}
+
+/// Reads what is meant of a file, with the space that the file states. Shapes are read if `with_shapes`.
+///
+/// # Errors
+/// As [`read()`]. [`Error::Input`] if the file has no such prim or time.
+pub fn read_file(path: &Path, selection: &Selection, with_shapes: bool) -> Result<Shapes> {
     let format = Format::from_extension(path)?;
-    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let name = path.display().to_string();
+    selection.check(format, &name)?;
+    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    decode_with(&bytes, format, &name, &|uri| gltf::read_beside(folder, uri, &name))
+    let from = Source { name: &name, selection, with_shapes, external: &|uri| gltf::read_beside(folder, uri, &name) };
+    from.decode(bytes, format)
 }
 
 /// Reads a mesh from memory. `name` stands for the file in messages. A glTF document that keeps its numbers
@@ -58,35 +93,46 @@ pub fn read(path: &Path) -> Result<Mesh> {
 /// # Errors
 /// [`Error::Input`] if the bytes are not a valid mesh (see [`check`]).
 pub fn decode(bytes: &[u8], format: Format, name: &str) -> Result<Mesh> {
-    decode_with(bytes, format, name, &|uri| {
+    let external: gltf::External<'_> = &|uri| {
         Err(Error::unsupported_format(format!(
             "{name}: keeps its numbers in the file {uri:?}, which cannot be reached from here; save it as GLB"
         )))
-    })
+    };
+    let from = Source { name, selection: &Selection::default(), with_shapes: false, external };
+    Ok(from.decode(bytes.to_vec(), format)?.neutral)
 }
 
-/// `external` fetches what a glTF document refers to.
-fn decode_with(bytes: &[u8], format: Format, name: &str, external: gltf::External<'_>) -> Result<Mesh> {
-    let mesh = match format {
-        Format::Obj => obj::decode(bytes, name),
-        Format::Ply => ply::decode(bytes, name),
-        Format::Gltf => gltf::decode(bytes, name, external),
-    }?;
-    check(&mesh, name)?;
-    Ok(mesh)
+/// Where bytes come from, and what of them is wanted.
+struct Source<'a> {
+    name: &'a str,
+    selection: &'a Selection,
+    with_shapes: bool,
+    /// Fetches what a glTF document refers to.
+    external: gltf::External<'a>,
 }
 
-/// As [`decode_with`], for a glTF file with its shapes.
-pub(super) fn decode_shapes_with(bytes: &[u8], name: &str, external: gltf::External<'_>) -> Result<Shapes> {
-    let shapes = gltf::decode_shapes(bytes, name, external)?;
-    check(&shapes.neutral, name)?;
-    for shape in &shapes.shapes {
-        if let Some((v, _)) = shape.moved.iter().find(|(_, by)| by.iter().any(|x| !x.is_finite())) {
-            return Err(Error::malformed(format!(
-                "{name}: the shape {:?} moves vertex {v} by what is not a number; export the mesh again",
-                shape.name
-            )));
+impl Source<'_> {
+    fn decode(&self, bytes: Vec<u8>, format: Format) -> Result<Shapes> {
+        let name = self.name;
+        let alone = |neutral| Shapes { neutral, shapes: Vec::new(), space: Space::default() };
+        let mut read = match format {
+            Format::Obj => obj::decode(&bytes, name).map(alone),
+            Format::Ply => ply::decode(&bytes, name).map(alone),
+            Format::Gltf => gltf::decode(&bytes, name, self.external, self.with_shapes),
+            Format::Usd => usd::read(rhytid_usd::read::decode(bytes, name)?, name, self.selection),
+        }?;
+        check(&read.neutral, name)?;
+        if !self.with_shapes {
+            read.shapes.clear();
         }
+        for shape in &read.shapes {
+            if let Some((v, _)) = shape.moved.iter().find(|(_, by)| by.iter().any(|x| !x.is_finite())) {
+                return Err(Error::malformed(format!(
+                    "{name}: the shape {:?} moves vertex {v} by what is not a number; export the mesh again",
+                    shape.name
+                )));
+            }
+        }
+        Ok(read)
     }
-    Ok(shapes)
 }

@@ -1,8 +1,7 @@
 //! The shapes that a file has beside its mesh, as of expressions.
 
-use super::gltf;
-use super::read::{Format, decode_shapes_with};
-use rhytid_core::{Error, Mesh, Result, input_file};
+use super::read::{Format, Selection, read_file};
+use rhytid_core::{Error, Mesh, Result, UpAxis};
 use std::path::Path;
 
 /// A mesh and its shapes.
@@ -12,6 +11,18 @@ pub struct Shapes {
     pub neutral: Mesh,
     /// In the order of the file.
     pub shapes: Vec<Shape>,
+    /// The space of all coordinates, as far as the file states it.
+    pub space: Space,
+}
+
+/// The space of a file's coordinates. OBJ and PLY state none. glTF is in metres with y up. A USD file may
+/// state both.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Space {
+    /// The length of one unit in metres, above 0.
+    pub metres_per_unit: Option<f64>,
+    /// The axis that points up.
+    pub up: Option<UpAxis>,
 }
 
 /// What a shape does to a mesh.
@@ -43,10 +54,10 @@ impl Shape {
 
 /// Whether a file with this name may have shapes, by its extension.
 pub fn has_shapes(path: &Path) -> bool {
-    matches!(Format::from_extension(path), Ok(Format::Gltf))
+    matches!(Format::from_extension(path), Ok(Format::Gltf | Format::Usd))
 }
 
-/// Reads a mesh with its shapes: the morph targets of a glTF file.
+/// Reads a mesh with its shapes: the morph targets of a glTF file, the blend shapes of a USD file.
 ///
 /// Shapes of several meshes that have the same name are one shape: an expression moves the teeth too.
 ///
@@ -57,12 +68,9 @@ pub fn read_shapes(path: &Path) -> Result<Shapes> {
         Format::from_extension(path)?;
         return Err(Error::unsupported_format(format!(
             "{}: a file of this format has one mesh and no shapes beside it; give a glTF file (.glb) with morph \
-             targets",
+             targets or a USD file with blend shapes",
             path.display()
         )));
     }
-    let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
-    let name = path.display().to_string();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    decode_shapes_with(&bytes, &name, &|uri| gltf::read_beside(folder, uri, &name))
+    read_file(path, &Selection::default(), true)
 }

@@ -24,7 +24,7 @@ pub fn read_textures(path: &Path, reach: Reach) -> Result<Vec<(String, Arc<[u8]>
                 let folder = folder_of(path);
                 gltf::textures(&bytes()?, &name, &|uri| gltf::read_beside(folder, uri, &name))?
             }
-            Format::Ply => Vec::new(),
+            Format::Ply | Format::Usd => Vec::new(),
         },
     };
     match found.is_empty() {

@@ -111,6 +111,12 @@ pub enum Value {
     Token(String),
     /// `asset`
     Asset(String),
+    /// `float3` and its roles, such as `color3f`
+    Float3([f32; 3]),
+    /// `double3` and its roles, such as `vector3d`
+    Double3([f64; 3]),
+    /// `quatd`: the real part, then the imaginary ones; also read from `quatf` and `quath`
+    Quatd([f64; 4]),
     /// `matrix4d`, row by row; USD's vectors are rows, so that the last row is the translation.
     Matrix4d([[f64; 4]; 4]),
     /// `token[]`
@@ -129,6 +135,8 @@ pub enum Value {
     Float4s(Vec<[f32; 4]>),
     /// `double2[]`
     Double2s(Vec<[f64; 2]>),
+    /// `double3[]` and its roles, such as `point3d[]`
+    Double3s(Vec<[f64; 3]>),
     /// `matrix4d[]`
     Matrix4ds(Vec<[[f64; 4]; 4]>),
     /// `dictionary`
@@ -160,6 +168,9 @@ impl Value {
             Self::String(_) => "string",
             Self::Token(_) => "token",
             Self::Asset(_) => "asset",
+            Self::Float3(_) => "float3",
+            Self::Double3(_) => "double3",
+            Self::Quatd(_) => "quatd",
             Self::Matrix4d(_) => "matrix4d",
             Self::Tokens(_) => "token[]",
             Self::Assets(_) => "asset[]",
@@ -169,6 +180,7 @@ impl Value {
             Self::Float3s(_) => "float3[]",
             Self::Float4s(_) => "float4[]",
             Self::Double2s(_) => "double2[]",
+            Self::Double3s(_) => "double3[]",
             Self::Matrix4ds(_) => "matrix4d[]",
             Self::Dictionary(_) => "dictionary",
             Self::PrependedTokens(_) | Self::PrependedReferences(_) => return None,

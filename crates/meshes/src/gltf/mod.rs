@@ -13,18 +13,18 @@ use super::shapes::Shapes;
 use ::gltf::Gltf;
 use ::gltf::json::Root;
 use buffers::Buffers;
-use rhytid_core::{Error, Mesh, Result};
+use rhytid_core::{Error, Result};
 use std::sync::Arc;
 
-pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>) -> Result<Mesh> {
+/// The mesh, with its morph targets if `with_shapes`.
+pub(super) fn decode(
+    bytes: &[u8],
+    name: &str,
+    external: External<'_>,
+    with_shapes: bool,
+) -> Result<Shapes> {
     let (root, buffers) = open(bytes, name, external)?;
-    Ok(scene::read(&root, &buffers, name, false)?.neutral)
-}
-
-/// The mesh with its morph targets.
-pub(super) fn decode_shapes(bytes: &[u8], name: &str, external: External<'_>) -> Result<Shapes> {
-    let (root, buffers) = open(bytes, name, external)?;
-    scene::read(&root, &buffers, name, true)
+    scene::read(&root, &buffers, name, with_shapes)
 }
 
 /// The base colours of materials: names and images as they are encoded.

@@ -1,7 +1,7 @@
 //! The meshes of a glTF scene, each where its node has it.
 
 use super::super::materials::Assigned;
-use super::super::shapes::Shapes;
+use super::super::shapes::{Shapes, Space};
 use super::super::uvs::{uvs_from_corners, warn_partial_uvs};
 use super::accessor::Accessors;
 use super::buffers::Buffers;
@@ -11,7 +11,7 @@ use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::scene::Node;
 use ::gltf::json::validation::Checked;
 use glam::{DMat4, DVec3};
-use rhytid_core::{Error, Mesh, Result};
+use rhytid_core::{Error, Mesh, Result, UpAxis};
 use rhytid_gltf::local_transform;
 use std::collections::HashMap;
 
@@ -262,7 +262,8 @@ impl Reader<'_> {
         }
         self.mesh.materials = self.materials.finish();
         let shapes = self.targets.map(Targets::finish).unwrap_or_default();
-        Ok(Shapes { neutral: self.mesh, shapes })
+        let space = Space { metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
+        Ok(Shapes { neutral: self.mesh, shapes, space })
     }
 
     fn unsupported<T>(&self, what: String) -> Result<T> {

@@ -150,7 +150,7 @@ impl Named<'_> {
     fn in_file(&self) -> Result<OtherFace> {
         let Self { section, path, neutral, neutral_path, reach } = *self;
         let rest_path = existing(path, &section.from, "[prior] from", reach)?;
-        let Shapes { neutral: other, shapes } = mesh::read_shapes(&rest_path)?;
+        let Shapes { neutral: other, shapes, .. } = mesh::read_shapes(&rest_path)?;
         let rest = mesh::like(other, neutral, neutral_path, &rest_path)?.positions;
         if shapes.is_empty() {
             return Err(Error::empty(format!(

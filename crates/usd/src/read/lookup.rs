@@ -6,7 +6,7 @@ use rhytid_export::{Deviation, StatedRecipe};
 use serde_json::{Number, Value as Json};
 
 /// The field called `name`.
-pub(crate) fn field<'a>(fields: &'a Fields, name: &str) -> Option<&'a Value> {
+pub fn field<'a>(fields: &'a Fields, name: &str) -> Option<&'a Value> {
     fields.iter().find(|(known, _)| known == name).map(|(_, value)| value)
 }
 
@@ -25,7 +25,7 @@ pub(crate) fn default_prim(layer: &Layer) -> Option<&Prim> {
 }
 
 /// The attribute of `prim` called `name`.
-pub(crate) fn attribute<'a>(prim: &'a Prim, name: &str) -> Option<&'a Attribute> {
+pub fn attribute<'a>(prim: &'a Prim, name: &str) -> Option<&'a Attribute> {
     prim.properties.iter().find_map(|property| match property {
         Property::Attribute(attribute) if attribute.name == name => Some(attribute),
         _ => None,

@@ -31,6 +31,7 @@ use std::path::{Path, PathBuf};
 
 pub(super) use clips::{clips, declarations};
 pub(super) use lookup::default_prim;
+pub use lookup::{attribute, field};
 pub use open::{decode, open};
 pub use opened::{Opened, Samples};
 pub(super) use parts::Parts;

@@ -12,6 +12,9 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
         Value::Double(x) => write!(out, "{}", double(*x)),
         Value::String(text) | Value::Token(text) => write!(out, "{}", quoted(text)),
         Value::Asset(text) => write!(out, "{}", asset(text)),
+        Value::Float3(vector) => write!(out, "({})", vector.map(float).join(", ")),
+        Value::Double3(vector) => write!(out, "({})", vector.map(double).join(", ")),
+        Value::Quatd(quaternion) => write!(out, "({})", quaternion.map(double).join(", ")),
         Value::Matrix4d(rows) => write_matrix(out, rows),
         Value::Tokens(tokens) | Value::PrependedTokens(tokens) => {
             write_list(out, tokens, 8, |out, token| write!(out, "{}", quoted(token)))
@@ -26,6 +29,9 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
         }
         Value::Double2s(vectors) => {
             write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", double(*x), double(*y)))
+        }
+        Value::Double3s(vectors) => {
+            write_list(out, vectors, 8, |out, vector| write!(out, "({})", vector.map(double).join(", ")))
         }
         Value::Matrix4ds(matrices) => write_list(out, matrices, 1, |out, rows| write_matrix(out, rows)),
         Value::Dictionary(entries) => write_dictionary(out, entries, indent),

@@ -4,7 +4,13 @@ use proptest::prelude::*;
 use rhytid_core::Error;
 use rhytid_formats::mesh::{Format, check, decode};
 
-const FORMATS: [Format; 3] = [Format::Obj, Format::Ply, Format::Gltf];
+const FORMATS: [Format; 4] = [Format::Obj, Format::Ply, Format::Gltf, Format::Usd];
+
+const USD: &[u8] = b"#usda 1.0\n(\n metersPerUnit = 0.01\n)\ndef SkelRoot \"r\" {\n double3 xformOp:translate = (1, 2, 3)\n \
+ uniform token[] xformOpOrder = [\"xformOp:translate\"]\n def Mesh \"a\" {\n point3f[] points = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]\n \
+ int[] faceVertexCounts = [3]\n int[] faceVertexIndices = [0, 1, 2]\n texCoord2f[] primvars:st = [(0, 0), (1, 0), (1, 1)] \
+ (interpolation = \"vertex\")\n int[] holeIndices = []\n def BlendShape \"s\" { vector3f[] offsets = [(0, 1, 0)] int[] \
+ pointIndices = [2] }\n def GeomSubset \"g\" { int[] indices = [0] rel material:binding = </m> }\n }\n}\n";
 
 const OBJ: &[u8] = b"o a\nv 0 0 0\nv 1 0 0.25\nv 1 1e0 0\nv 0 1 -.5\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n\
                      f 1/1/1 2/2/1 3/3/1 4/-1/1\nf -4/1 -2/2 \\\n 4/3\n";
@@ -18,6 +24,7 @@ fn whole() -> Vec<(Format, &'static [u8])> {
         (Format::Ply, include_bytes!("data/plyfile-big-endian.ply")),
         (Format::Ply, include_bytes!("data/trimesh.ply")),
         (Format::Gltf, include_bytes!("data/trimesh.glb")),
+        (Format::Usd, USD),
     ]
 }
 
@@ -44,6 +51,7 @@ fn every_truncation() {
         // Text may lose its last figures, or whole faces of an OBJ, unseen; a binary must be whole.
         match format {
             Format::Gltf => assert_eq!(read, 0),
+            Format::Usd => assert!(read <= 1, "{read}"),
             Format::Ply => assert!(read <= 4, "{read}"),
             Format::Obj => assert!(read < bytes.len() / 2, "{read}"),
         }
@@ -93,7 +101,7 @@ proptest! {
         ];
         let (format, bytes) = *which.get(&whole());
         let (text, rest) = match format {
-            Format::Obj => (bytes, &[][..]),
+            Format::Obj | Format::Usd => (bytes, &[][..]),
             Format::Ply => bytes.split_at(bytes.windows(10).position(|w| w == b"end_header").unwrap()),
             Format::Gltf => {
                 let json = u32::from_le_bytes(bytes[12..16].try_into().unwrap()) as usize;

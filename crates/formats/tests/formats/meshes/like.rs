@@ -64,7 +64,7 @@ fn files_are_told_apart_by_their_extension() {
     let message = message(read(Path::new("face.stl")).map(|_| ()));
     assert_eq!(
         message,
-        "face.stl: a mesh's file name must end in .obj, .ply, .glb or .gltf, found .stl; export the mesh in one of \
+        "face.stl: a mesh's file name must end in .obj, .ply, .glb, .gltf or .usd, found .stl; export the mesh in one of \
          these formats"
     );
     let error = read(Path::new("no-such-folder/face.obj")).unwrap_err();

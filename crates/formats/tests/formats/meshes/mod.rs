@@ -9,3 +9,4 @@ mod ply;
 mod shapes;
 mod shared;
 mod support;
+mod usd;

@@ -2,6 +2,7 @@
 
 use super::support::message;
 use base64::Engine;
+use rhytid_core::UpAxis;
 use rhytid_formats::mesh::{Shapes, has_shapes, read, read_shapes};
 use rhytid_test_support::shared;
 use serde_json::{Value, json};
@@ -68,7 +69,8 @@ fn load(document: &Value) -> rhytid_core::Result<Shapes> {
 
 #[test]
 fn shapes_have_names_and_the_place_of_their_node() {
-    let Shapes { neutral, shapes } = load(&document()).unwrap();
+    let Shapes { neutral, shapes, space } = load(&document()).unwrap();
+    assert_eq!((space.metres_per_unit, space.up), (Some(1.0), Some(UpAxis::Y)));
     let names: Vec<&str> = shapes.iter().map(|shape| shape.name.as_str()).collect();
     assert_eq!(names, ["smile", "lick", "smile 2", "shape 2"]);
     let expected: [&[(u32, [f64; 3])]; 4] = [
@@ -126,7 +128,7 @@ fn wrong_shapes_are_one_sentence() {
 #[test]
 fn shape_keys_of_blender_are_the_poses_they_were_made_from() {
     let Some(data) = shared("data") else { return };
-    let Shapes { neutral, shapes } =
+    let Shapes { neutral, shapes, .. } =
         read_shapes(&data.join("other-people/meshes/blender_shapekeys.glb")).unwrap();
     let apart = |a: &[[f64; 3]], b: &[[f64; 3]]| {
         assert_eq!(a.len(), b.len());

@@ -87,7 +87,21 @@ def every_type(stage):
         ("float2s", names.Float2Array, [(0.1, -0.0)]),
         ("color", names.Color3fArray, [(0.1, 0.2, 0.3)]),
         ("color_and_opacity", names.Color4fArray, [(0.1, 0.2, 0.3, 1), (0, -0.0, 1, 0.5)]),
-        ("left_out", names.Float3, (1, 2, 3)),
+        ("left_out", names.Int3, Gf.Vec3i(1, 2, 3)),
+        ("float3", names.Float3, (1, 2, 0.1)),
+        ("small_float3", names.Color3f, (1, -128, 127)),
+        ("half3", names.Half3, (1, 0.5, 300)),
+        ("small_half3", names.Half3, (1, -2, 3)),
+        ("double3", names.Double3, (0.1, -0.0, 1e300)),
+        ("small_double3", names.Vector3d, (-1, 0, 3)),
+        ("double3s", names.Point3dArray, [(0.1, -0.0, 1e300), (1, 2, 3)]),
+        ("half", names.Half, 0.333),
+        ("halves", names.HalfArray, [0.333, 1, -65504]),
+        ("half2s", names.TexCoord2hArray, [(0.333, 1)]),
+        ("half3s", names.Point3hArray, [(0.333, 1, 2), (0, -0.0, 7)]),
+        ("quatf", names.Quatf, Gf.Quatf(0.1, 0.2, 0.3, 0.4)),
+        ("quatd", names.Quatd, Gf.Quatd(0.1, 0.2, 0.3, 0.4)),
+        ("quath", names.Quath, Gf.Quath(0.1, 0.2, 0.3, 0.4)),
         ("left_out_too", names.Int64Array, list(range(50))),
         ("left_out_strings", names.StringArray, ["a ] \"b", "c"]),
         ("int", names.Int, -(1 << 31)),
@@ -129,7 +143,11 @@ def every_type(stage):
         stage.DefinePrim("/other/within", "Xform").CreateAttribute("x", names.Int).Set(1)
 
 
-ARRAYS = (Vt.IntArray, Vt.FloatArray, Vt.Vec2fArray, Vt.Vec3fArray, Vt.Vec4fArray, Vt.Vec2dArray, Vt.Matrix4dArray)
+ARRAYS = (Vt.IntArray, Vt.FloatArray, Vt.Vec2fArray, Vt.Vec3fArray, Vt.Vec4fArray, Vt.Vec2dArray, Vt.Vec3dArray,
+          Vt.Matrix4dArray)
+# They are read as the floats that they are.
+HALVES = {Vt.HalfArray: Vt.FloatArray, Vt.Vec2hArray: Vt.Vec2fArray, Vt.Vec3hArray: Vt.Vec3fArray}
+QUATERNIONS = (Gf.Quatf, Gf.Quatd, Gf.Quath)
 
 
 def dump(value):
@@ -144,6 +162,14 @@ def dump(value):
         return {"asset": value.path}
     if isinstance(value, Gf.Matrix4d):
         return struct.pack("<16d", *[x for row in value for x in row]).hex()
+    if isinstance(value, (Gf.Vec3f, Gf.Vec3h)):
+        return struct.pack("<3f", *value).hex()
+    if isinstance(value, Gf.Vec3d):
+        return struct.pack("<3d", *value).hex()
+    if isinstance(value, QUATERNIONS):
+        return struct.pack("<4d", value.real, *value.imaginary).hex()
+    if type(value) in HALVES:
+        value = HALVES[type(value)]([x if isinstance(x, float) else tuple(x) for x in value])
     if isinstance(value, ARRAYS):
         return {"array": memoryview(value).tobytes().hex() if len(value) else ""}
     if isinstance(value, Vt.TokenArray):

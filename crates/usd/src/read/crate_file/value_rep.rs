@@ -38,15 +38,22 @@ impl ValueRep {
 pub(super) mod kind {
     pub(crate) const BOOL: u8 = 1;
     pub(crate) const INT: u8 = 3;
+    pub(crate) const HALF: u8 = 7;
     pub(crate) const FLOAT: u8 = 8;
     pub(crate) const DOUBLE: u8 = 9;
     pub(crate) const STRING: u8 = 10;
     pub(crate) const TOKEN: u8 = 11;
     pub(crate) const ASSET: u8 = 12;
     pub(crate) const MATRIX4D: u8 = 15;
+    pub(crate) const QUATD: u8 = 16;
+    pub(crate) const QUATF: u8 = 17;
+    pub(crate) const QUATH: u8 = 18;
     pub(crate) const DOUBLE2: u8 = 19;
     pub(crate) const FLOAT2: u8 = 20;
+    pub(crate) const HALF2: u8 = 21;
+    pub(crate) const DOUBLE3: u8 = 23;
     pub(crate) const FLOAT3: u8 = 24;
+    pub(crate) const HALF3: u8 = 25;
     pub(crate) const FLOAT4: u8 = 28;
     pub(crate) const DICTIONARY: u8 = 31;
     pub(crate) const TOKEN_LIST_OP: u8 = 32;

@@ -6,6 +6,7 @@ use super::cursor::Cursor;
 use super::structure::Structure;
 use super::value_rep::{ValueRep, kind};
 use crate::layer::{Fields, Reference, Value};
+use half::f16;
 use rhytid_core::{Error, Result};
 use std::sync::Arc;
 
@@ -89,6 +90,16 @@ impl Reader {
             kind::BOOL => Value::Bool(inlined & 0xff != 0),
             kind::INT => Value::Int(inlined as i32),
             kind::FLOAT => Value::Float(f32::from_bits(inlined)),
+            kind::HALF => Value::Float(f16::from_bits(inlined as u16).to_f32()),
+            // Small whole numbers stand for themselves.
+            kind::FLOAT3 | kind::HALF3 if rep.is_inlined() => Value::Float3(small_numbers(inlined)),
+            kind::DOUBLE3 if rep.is_inlined() => Value::Double3(small_numbers(inlined).map(f64::from)),
+            kind::FLOAT3 => Value::Float3(floats(self.cursor(rep).array::<12>()?)),
+            kind::HALF3 => Value::Float3(halves(self.cursor(rep).array::<6>()?)),
+            kind::DOUBLE3 => Value::Double3(doubles(self.cursor(rep).array::<24>()?)),
+            kind::QUATF => Value::Quatd(real_first(floats(self.cursor(rep).array::<16>()?).map(f64::from))),
+            kind::QUATH => Value::Quatd(real_first(halves(self.cursor(rep).array::<8>()?).map(f64::from))),
+            kind::QUATD => Value::Quatd(real_first(doubles(self.cursor(rep).array::<32>()?))),
             kind::DOUBLE if rep.is_inlined() => Value::Double(f32::from_bits(inlined).into()),
             kind::DOUBLE => Value::Double(f64::from_le_bytes(self.cursor(rep).array()?)),
             kind::STRING => Value::String(self.owned_string(inlined)?),
@@ -223,7 +234,14 @@ impl Reader {
             kind::FLOAT2 => Value::Float2s(self.elements(rep, floats::<8, 2>)?),
             kind::FLOAT3 => Value::Float3s(self.elements(rep, floats::<12, 3>)?),
             kind::FLOAT4 => Value::Float4s(self.elements(rep, floats::<16, 4>)?),
-            kind::DOUBLE2 => Value::Double2s(self.elements(rep, doubles)?),
+            kind::HALF => {
+                let numbers = self.elements(rep, f16::from_le_bytes)?;
+                Value::Floats(numbers.into_iter().map(f16::to_f32).collect())
+            }
+            kind::HALF2 => Value::Float2s(self.elements(rep, halves::<4, 2>)?),
+            kind::HALF3 => Value::Float3s(self.elements(rep, halves::<6, 3>)?),
+            kind::DOUBLE2 => Value::Double2s(self.elements(rep, doubles::<16, 2>)?),
+            kind::DOUBLE3 => Value::Double3s(self.elements(rep, doubles::<24, 3>)?),
             kind::MATRIX4D => Value::Matrix4ds(self.elements(rep, matrix)?),
             kind::TOKEN => {
                 let tokens = self.elements(rep, u32::from_le_bytes)?;
@@ -366,9 +384,25 @@ fn floats<const B: usize, const N: usize>(bytes: [u8; B]) -> [f32; N] {
     std::array::from_fn(|i| f32::from_le_bytes(numbers[i]))
 }
 
-fn doubles(bytes: [u8; 16]) -> [f64; 2] {
+fn doubles<const B: usize, const N: usize>(bytes: [u8; B]) -> [f64; N] {
     let (numbers, _) = bytes.as_chunks();
     std::array::from_fn(|i| f64::from_le_bytes(numbers[i]))
+}
+
+fn halves<const B: usize, const N: usize>(bytes: [u8; B]) -> [f32; N] {
+    let (numbers, _) = bytes.as_chunks();
+    std::array::from_fn(|i| f16::from_le_bytes(numbers[i]).to_f32())
+}
+
+/// The numbers of a vector that has a byte for each.
+fn small_numbers(inlined: u32) -> [f32; 3] {
+    let [x, y, z, _] = inlined.to_le_bytes();
+    [x, y, z].map(|byte| f32::from(byte as i8))
+}
+
+/// The format has a quaternion's real part last.
+fn real_first([i, j, k, real]: [f64; 4]) -> [f64; 4] {
+    [real, i, j, k]
 }
 
 fn matrix(bytes: [u8; 128]) -> [[f64; 4]; 4] {

@@ -2,6 +2,7 @@
 
 use super::lexer::{Lexer, Next};
 use crate::layer::{Fields, Reference, Value};
+use half::f16;
 use rhytid_core::Result;
 
 /// How deep dictionaries may be within dictionaries.
@@ -27,17 +28,34 @@ fn nested_value(lexer: &mut Lexer, type_name: &str, depth: usize) -> Result<Opti
         "string" => Value::String(lexer.quoted()?),
         "token" => Value::Token(lexer.quoted()?),
         "asset" => Value::Asset(lexer.asset()?),
+        "half" => Value::Float(half(lexer)?),
+        "float3" | "point3f" | "normal3f" | "vector3f" | "color3f" => Value::Float3(tuple(lexer, float)?),
+        "half3" | "point3h" | "normal3h" | "vector3h" | "color3h" => Value::Float3(tuple(lexer, half)?),
+        "double3" | "point3d" | "normal3d" | "vector3d" | "color3d" => {
+            Value::Double3(tuple(lexer, Lexer::number)?)
+        }
+        "quatd" => Value::Quatd(tuple(lexer, Lexer::number)?),
+        "quatf" => Value::Quatd(tuple(lexer, float)?.map(f64::from)),
+        "quath" => Value::Quatd(tuple(lexer, half)?.map(f64::from)),
         "matrix4d" => Value::Matrix4d(matrix(lexer)?),
         "token[]" => Value::Tokens(list(lexer, Lexer::quoted)?),
         "asset[]" => Value::Assets(list(lexer, Lexer::asset)?),
         "int[]" => Value::Ints(list(lexer, Lexer::integer)?),
+        "half[]" => Value::Floats(list(lexer, half)?),
         "float[]" => Value::Floats(list(lexer, float)?),
+        "half2[]" | "texCoord2h[]" => Value::Float2s(list(lexer, |lexer| tuple(lexer, half))?),
         "float2[]" | "texCoord2f[]" => Value::Float2s(list(lexer, |lexer| tuple(lexer, float))?),
+        "half3[]" | "point3h[]" | "normal3h[]" | "vector3h[]" => {
+            Value::Float3s(list(lexer, |lexer| tuple(lexer, half))?)
+        }
         "float3[]" | "point3f[]" | "normal3f[]" | "vector3f[]" | "color3f[]" | "texCoord3f[]" => {
             Value::Float3s(list(lexer, |lexer| tuple(lexer, float))?)
         }
         "float4[]" | "color4f[]" => Value::Float4s(list(lexer, |lexer| tuple(lexer, float))?),
         "double2[]" | "texCoord2d[]" => Value::Double2s(list(lexer, |lexer| tuple(lexer, Lexer::number))?),
+        "double3[]" | "point3d[]" | "normal3d[]" | "vector3d[]" => {
+            Value::Double3s(list(lexer, |lexer| tuple(lexer, Lexer::number))?)
+        }
         "matrix4d[]" | "frame4d[]" => Value::Matrix4ds(list(lexer, matrix)?),
         "frame4d" => Value::Matrix4d(matrix(lexer)?),
         "dictionary" => Value::Dictionary(dictionary(lexer, depth)?),
@@ -110,6 +128,11 @@ fn boolean(lexer: &mut Lexer) -> Result<bool> {
 
 fn float(lexer: &mut Lexer) -> Result<f32> {
     Ok(lexer.number()? as f32)
+}
+
+/// A number of 16 bits, which a float holds exactly.
+fn half(lexer: &mut Lexer) -> Result<f32> {
+    Ok(f16::from_f64(lexer.number()?).to_f32())
 }
 
 fn matrix(lexer: &mut Lexer) -> Result<[[f64; 4]; 4]> {

@@ -51,6 +51,12 @@ impl<W: Write + Send + 'static> Values<W> {
             Value::String(text) => Ok(ValueRep::inlined(Type::String, self.words.string(text))),
             Value::Token(text) => Ok(self.token(text)),
             Value::Asset(text) => Ok(ValueRep::inlined(Type::Asset, self.words.token(text))),
+            Value::Float3(vector) => self.store(ValueRep::single(Type::Vec3f), &[&float_bytes(vector)]),
+            Value::Double3(vector) => self.store(ValueRep::single(Type::Vec3d), &[&double_bytes(vector)]),
+            // The format has the real part last.
+            Value::Quatd([real, i, j, k]) => {
+                self.store(ValueRep::single(Type::Quatd), &[&double_bytes(&[*i, *j, *k, *real])])
+            }
             Value::Matrix4d(rows) => self.matrix(rows),
             Value::Tokens(tokens) => {
                 let numbers: Vec<u32> = tokens.iter().map(|token| self.words.token(token)).collect();
@@ -71,6 +77,10 @@ impl<W: Write + Send + 'static> Values<W> {
             Value::Double2s(vectors) => {
                 let bytes = double_bytes(vectors.as_flattened());
                 self.array(ValueRep::array(Type::Vec2d), vectors.len(), &bytes)
+            }
+            Value::Double3s(vectors) => {
+                let bytes = double_bytes(vectors.as_flattened());
+                self.array(ValueRep::array(Type::Vec3d), vectors.len(), &bytes)
             }
             Value::Matrix4ds(matrices) => {
                 let bytes = double_bytes(matrices.as_flattened().as_flattened());

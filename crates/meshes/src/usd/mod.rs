@@ -1,0 +1,191 @@
+//! Meshes of a USD layer: those of its own prims, each where its transforms place it.
+//!
+//! References, payloads and variants are not followed.
+
+mod mesh;
+mod place;
+mod shapes;
+mod tree;
+mod values;
+
+use super::materials::Assigned;
+use super::read::Selection;
+use super::shapes::{Shape, Shapes, Space};
+use super::uvs::{uvs_from_corners, warn_partial_uvs};
+use mesh::PrimMesh;
+use rhytid_core::{Error, InputErrorKind, Mesh, Result, UpAxis};
+use rhytid_usd::layer::{Layer, Prim, Value};
+use rhytid_usd::read::{Opened, field};
+use std::collections::HashMap;
+use tree::Placed;
+use values::Values;
+
+/// The meshes of a layer as one, in the order of its prims, parents first. `name` is for messages.
+pub(super) fn read(opened: Opened, name: &str, selection: &Selection) -> Result<Shapes> {
+    let Opened { layer, samples, unread } = opened;
+    let mut values = Values { samples, time: selection.time, used_time: false, name };
+    let prims = tree::walk(&layer, &mut values)?;
+    let chosen = chosen(&prims, selection, &layer, &unread, name)?;
+    let mut joined = Joined::default();
+    for placed in &chosen {
+        let read = mesh::read(placed, &prims, &mut values)?;
+        joined.add(read, name)?;
+    }
+    if let Some(time) = selection.time.filter(|_| !values.used_time) {
+        return Err(Error::out_of_range(format!(
+            "{name}: nothing in it has time samples, so it has no pose of its own at time {time}; leave the time out"
+        )));
+    }
+    warn_left_out(&layer, &unread, name);
+    Ok(joined.finish(space(&layer), name))
+}
+
+/// The meshes that are wanted.
+fn chosen<'a>(
+    prims: &'a [Placed<'a>],
+    selection: &Selection,
+    layer: &Layer,
+    unread: &[String],
+    name: &str,
+) -> Result<Vec<&'a Placed<'a>>> {
+    let meshes: Vec<&Placed<'_>> = prims.iter().filter(|placed| placed.prim.type_name == "Mesh").collect();
+    if let Some(wanted) = &selection.prim {
+        let wanted = wanted.trim_end_matches('/');
+        let below = format!("{wanted}/");
+        let is_wanted = |placed: &&&Placed<'_>| placed.path == wanted || placed.path.starts_with(&below);
+        let found: Vec<&Placed<'_>> = meshes.iter().filter(is_wanted).copied().collect();
+        if found.is_empty() {
+            return Err(Error::input(format!(
+                "{name}: has no mesh at the prim {wanted} or below it, found {}",
+                list(&meshes)
+            ))
+            .of_kind(InputErrorKind::UnknownName { name: wanted.to_owned() }));
+        }
+        return Ok(found);
+    }
+    let shown: Vec<&Placed<'_>> = meshes.iter().filter(|placed| placed.inherited.is_shown).copied().collect();
+    if shown.len() < meshes.len() && !shown.is_empty() {
+        let hidden: Vec<&Placed<'_>> = meshes.iter().filter(|placed| !placed.inherited.is_shown).copied().collect();
+        log::warn!("{name}: meshes that are invisible, guides or proxies are left out: {}", list(&hidden));
+    }
+    if !shown.is_empty() {
+        return Ok(shown);
+    }
+    let cure = match others(layer, unread) {
+        _ if !meshes.is_empty() => format!(
+            "all its meshes are invisible, guides or proxies: {}; name one as the prim that is meant",
+            list(&meshes)
+        ),
+        true => "has no mesh of its own, but refers to other files; put all into one file, as with usdcat --flatten"
+            .to_owned(),
+        false => "has no mesh, expected a scan; export the surface as a mesh".to_owned(),
+    };
+    Err(Error::empty(format!("{name}: {cure}")))
+}
+
+/// Paths for a message.
+fn list(meshes: &[&Placed<'_>]) -> String {
+    const SHOWN: usize = 8;
+    let mut paths: Vec<&str> = meshes.iter().take(SHOWN).map(|placed| &*placed.path).collect();
+    if meshes.len() > SHOWN {
+        paths.push("…");
+    }
+    if paths.is_empty() { "none".to_owned() } else { paths.join(", ") }
+}
+
+/// Whether the layer says that more is in other files.
+fn others(layer: &Layer, unread: &[String]) -> bool {
+    fn refers(prim: &Prim) -> bool {
+        field(&prim.metadata, "references").is_some() || prim.children.iter().any(refers)
+    }
+    unread.iter().any(|what| ["payload", "subLayers"].contains(&what.as_str()))
+        || layer.prims.iter().any(refers)
+}
+
+/// Says what of the layer is not read.
+fn warn_left_out(layer: &Layer, unread: &[String], name: &str) {
+    if others(layer, unread) {
+        log::warn!(
+            "{name}: refers to other files, which are not read; if they have meshes too, put all into one file, as \
+             with usdcat --flatten"
+        );
+    }
+    if let Some(what) = unread.iter().find(|what| what.starts_with("the variant set ")) {
+        log::warn!("{name}: {what} is not read; export the variant that is meant alone");
+    }
+}
+
+/// The space that the layer states.
+fn space(layer: &Layer) -> Space {
+    let metres_per_unit = match field(&layer.metadata, "metersPerUnit") {
+        Some(Value::Double(metres)) if *metres > 0.0 && metres.is_finite() => Some(*metres),
+        _ => None,
+    };
+    let up = match field(&layer.metadata, "upAxis") {
+        Some(Value::Token(axis)) if axis == "Z" => Some(UpAxis::Z),
+        Some(Value::Token(axis)) if axis == "Y" => Some(UpAxis::Y),
+        _ => None,
+    };
+    Space { metres_per_unit, up }
+}
+
+/// Several meshes as one.
+#[derive(Default)]
+struct Joined {
+    mesh: Mesh,
+    uvs: Vec<[f32; 2]>,
+    uv_corners: Vec<u32>,
+    corners_without_uv: usize,
+    materials: Assigned,
+    shapes: Vec<Shape>,
+    /// The places of names in `shapes`.
+    numbers: HashMap<String, usize>,
+}
+
+impl Joined {
+    fn add(&mut self, read: PrimMesh, name: &str) -> Result<()> {
+        let first = self.mesh.positions.len() as u32;
+        let total = self.mesh.positions.len() + read.positions.len();
+        if u32::try_from(total).is_err() {
+            return Err(Error::out_of_range(format!("{name}: has {total} vertices in all; name one of its prims")));
+        }
+        self.mesh.positions.extend(read.positions);
+        for (face, material) in read.faces.iter().zip(read.materials) {
+            let corners: Vec<u32> = face.iter().map(|v| first + v).collect();
+            self.mesh.faces.push(&corners);
+            self.materials.choose(material);
+            self.materials.fill(self.mesh.faces.len());
+        }
+        match read.uvs {
+            None => self.corners_without_uv += read.faces.indices.len(),
+            Some(uvs) => {
+                let first = self.uvs.len() as u32;
+                self.uvs.extend(uvs.values);
+                if self.corners_without_uv == 0 {
+                    self.uv_corners.extend(uvs.corners.iter().map(|corner| first + corner));
+                }
+            }
+        }
+        for shape in read.shapes {
+            let number = *self.numbers.entry(shape.name.clone()).or_insert_with(|| {
+                self.shapes.push(Shape { name: shape.name.clone(), moved: Vec::new() });
+                self.shapes.len() - 1
+            });
+            self.shapes[number].moved.extend(shape.moved.into_iter().map(|(v, by)| (first + v, by)));
+        }
+        Ok(())
+    }
+
+    fn finish(mut self, space: Space, name: &str) -> Shapes {
+        let corners = self.mesh.faces.indices.len();
+        if self.corners_without_uv == 0 && corners > 0 {
+            let vertices = self.mesh.positions.len();
+            let uvs = uvs_from_corners(self.uvs, self.uv_corners, vertices, &self.mesh.faces.indices);
+            self.mesh.uvs = Some(uvs);
+        } else if self.corners_without_uv < corners {
+            warn_partial_uvs(name, self.corners_without_uv, corners);
+        }
+        self.mesh.materials = self.materials.finish();
+        Shapes { neutral: self.mesh, shapes: self.shapes, space }
+    }
+}
