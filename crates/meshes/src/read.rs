@@ -83,7 +83,12 @@ pub fn read_file(path: &Path, selection: &Selection, with_shapes: bool) -> Resul
     selection.check(format, &name)?;
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let from = Source { name: &name, selection, with_shapes, external: &|uri| gltf::read_beside(folder, uri, &name) };
+    let from = Source {
+        name: &name,
+        selection,
+        with_shapes,
+        external: &|uri| gltf::read_beside(folder, uri, &name),
+    };
     from.decode(bytes, format)
 }
 
@@ -119,7 +124,7 @@ impl Source<'_> {
             Format::Obj => obj::decode(&bytes, name).map(alone),
             Format::Ply => ply::decode(&bytes, name).map(alone),
             Format::Gltf => gltf::decode(&bytes, name, self.external, self.with_shapes),
-            Format::Usd => usd::read(rhytid_usd::read::decode(bytes, name)?, name, self.selection),
+            Format::Usd => usd::read(bytes, name, self.selection),
         }?;
         check(&read.neutral, name)?;
         if !self.with_shapes {

@@ -17,12 +17,7 @@ use rhytid_core::{Error, Result};
 use std::sync::Arc;
 
 /// The mesh, with its morph targets if `with_shapes`.
-pub(super) fn decode(
-    bytes: &[u8],
-    name: &str,
-    external: External<'_>,
-    with_shapes: bool,
-) -> Result<Shapes> {
+pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>, with_shapes: bool) -> Result<Shapes> {
     let (root, buffers) = open(bytes, name, external)?;
     scene::read(&root, &buffers, name, with_shapes)
 }

@@ -1,7 +1,7 @@
 //! One mesh prim.
 
-use super::shapes;
-use super::tree::{Placed, target};
+use super::shapes::{self, Worn};
+use super::tree::{Placed, Tree, target};
 use super::values::Values;
 use crate::shapes::Shape;
 use glam::{DMat4, DVec3};
@@ -16,8 +16,10 @@ pub(super) struct PrimMesh {
     /// Without those that are holes or have fewer than three corners.
     pub(super) faces: Faces,
     pub(super) uvs: Option<CornerUvs>,
-    /// The name of each face's material.
-    pub(super) materials: Vec<Option<String>>,
+    /// The names of its materials.
+    pub(super) materials: Vec<String>,
+    /// The number of each face's material in `materials`.
+    pub(super) material_of_face: Vec<Option<usize>>,
     pub(super) shapes: Vec<Shape>,
 }
 
@@ -28,8 +30,13 @@ pub(super) struct CornerUvs {
     pub(super) corners: Vec<u32>,
 }
 
-/// Reads a mesh. `prims` are all those of the layer.
-pub(super) fn read(placed: &Placed<'_>, prims: &[Placed<'_>], values: &mut Values<'_>) -> Result<PrimMesh> {
+/// Reads a mesh of the layer whose prims are `tree`.
+pub(super) fn read(
+    placed: &Placed<'_>,
+    tree: &Tree<'_>,
+    worn: &[Worn],
+    values: &mut Values<'_>,
+) -> Result<PrimMesh> {
     let Placed { path, prim, .. } = placed;
     let wrong = |values: &Values<'_>, what: &str| values.wrong(path, what);
     let Some(mut positions) = values.vectors(prim, "points")? else {
@@ -59,11 +66,11 @@ pub(super) fn read(placed: &Placed<'_>, prims: &[Placed<'_>], values: &mut Value
         return Err(wrong(values, &format!("{what}; export it again")));
     }
     let uvs = uvs(placed, &indices, counts.len(), positions.len(), values)?;
-    let materials = materials(placed, prims, counts.len(), values)?;
+    let OfFaces { names, of_face } = materials(placed, tree, counts.len(), values)?;
 
-    let to_layer = to_layer(placed, prims, values)?;
-    let mut shapes = shapes::read(placed, prims, positions.len(), values)?;
-    shapes::wear(&mut positions, &shapes, prims, values)?;
+    let to_layer = to_layer(placed, tree, values)?;
+    let mut shapes = shapes::read(placed, tree, positions.len(), values)?;
+    shapes::wear(&mut positions, &shapes, worn, values);
     positions.iter_mut().for_each(|x| *x = to_layer.transform_point3(DVec3::from_array(*x)).to_array());
     for (_, by) in shapes.iter_mut().flat_map(|shape| &mut shape.moved) {
         *by = to_layer.transform_vector3(DVec3::from_array(*by)).to_array();
@@ -83,7 +90,8 @@ pub(super) fn read(placed: &Placed<'_>, prims: &[Placed<'_>], values: &mut Value
         positions,
         faces: Faces::default(),
         uvs: uvs.as_ref().map(|uvs| CornerUvs { values: uvs.values.clone(), corners: Vec::new() }),
-        materials: Vec::new(),
+        materials: names,
+        material_of_face: Vec::new(),
         shapes,
     };
     let (mut first, mut left_out) = (0, 0);
@@ -102,10 +110,13 @@ pub(super) fn read(placed: &Placed<'_>, prims: &[Placed<'_>], values: &mut Value
         if let (Some(kept), Some(all)) = (&mut read.uvs, &uvs) {
             kept.corners.extend(corners.iter().map(|corner| all.corners[*corner]));
         }
-        read.materials.push(materials[f].clone());
+        read.material_of_face.push(of_face[f]);
     }
     if left_out > 0 {
-        log::warn!("{}: {left_out} faces of {path} have fewer than three corners and are left out", values.name);
+        log::warn!(
+            "{}: {left_out} faces of {path} have fewer than three corners and are left out",
+            values.name
+        );
     }
     Ok(read)
 }
@@ -116,10 +127,10 @@ fn has_scheme(prim: &Prim) -> bool {
 }
 
 /// From the points' space to the layer's. A skinned mesh is read as it was bound: its skeleton places it.
-fn to_layer(placed: &Placed<'_>, prims: &[Placed<'_>], values: &mut Values<'_>) -> Result<DMat4> {
+fn to_layer(placed: &Placed<'_>, tree: &Tree<'_>, values: &mut Values<'_>) -> Result<DMat4> {
     let is_skinned = attribute(placed.prim, "primvars:skel:jointIndices").is_some();
     let skeleton = placed.inherited.skeleton.filter(|_| is_skinned);
-    let Some(skeleton) = skeleton.and_then(|path| prims.iter().find(|prim| prim.path == path)) else {
+    let Some(skeleton) = skeleton.and_then(|path| tree.at(path)) else {
         return Ok(placed.inherited.world);
     };
     let bind = match values.get(placed.prim, "primvars:skel:geomBindTransform")? {
@@ -169,9 +180,8 @@ fn uvs(
     };
     let entry = |element: &u32| order.as_ref().map_or(*element, |order| order[*element as usize]);
     let corners: Option<Vec<u32>> = by_corner.map(|elements| elements.iter().map(entry).collect());
-    let is_there = |corner: &u32| {
-        coordinates.get(*corner as usize).is_some_and(|uv| uv.iter().all(|x| x.is_finite()))
-    };
+    let is_there =
+        |corner: &u32| coordinates.get(*corner as usize).is_some_and(|uv| uv.iter().all(|x| x.is_finite()));
     match corners.filter(|corners| corners.iter().all(is_there)) {
         Some(corners) => Ok(Some(CornerUvs { values: coordinates, corners })),
         None => {
@@ -186,35 +196,53 @@ fn uvs(
     }
 }
 
-/// The name of each face's material.
-fn materials(
-    placed: &Placed<'_>,
-    prims: &[Placed<'_>],
-    faces: usize,
-    values: &mut Values<'_>,
-) -> Result<Vec<Option<String>>> {
-    let by_path: HashMap<&str, &Prim> = prims.iter().map(|placed| (&*placed.path, placed.prim)).collect();
-    let name = |path: &str| {
-        // An export of Rhytid keeps the name that the input had.
-        let data = by_path.get(path).and_then(|prim| field(&prim.metadata, "customData"));
-        let original = match data {
-            Some(Value::Dictionary(data)) => field(data, "name"),
-            _ => None,
-        };
-        match original {
-            Some(Value::String(name)) => name.clone(),
-            _ => path.rsplit('/').next().unwrap_or(path).to_owned(),
-        }
+/// Materials by face.
+struct OfFaces {
+    names: Vec<String>,
+    /// The number in `names`.
+    of_face: Vec<Option<usize>>,
+}
+
+/// The materials that the mesh and its subsets are bound to.
+fn materials(placed: &Placed<'_>, tree: &Tree<'_>, faces: usize, values: &mut Values<'_>) -> Result<OfFaces> {
+    let mut names = Vec::new();
+    let mut numbers: HashMap<String, usize> = HashMap::new();
+    let mut number = |path: &str| {
+        let name = material_name(tree, path);
+        *numbers.entry(name.clone()).or_insert_with(|| {
+            names.push(name);
+            names.len() - 1
+        })
     };
-    let mut materials = vec![placed.inherited.material.map(name); faces];
+    let of_mesh = placed.inherited.material.map(&mut number);
+    let mut of_face = vec![of_mesh; faces];
     for subset in placed.prim.children.iter().filter(|child| child.type_name == "GeomSubset") {
         let Some(material) = target(subset, "material:binding") else { continue };
+        let material = number(material);
         let path = format!("{}/{}", placed.path, subset.name);
         for face in values.indices(subset, &path, "indices")?.unwrap_or_default() {
-            if let Some(of_face) = materials.get_mut(face as usize) {
-                *of_face = Some(name(material));
+            if let Some(of_face) = of_face.get_mut(face as usize) {
+                *of_face = Some(material);
             }
         }
     }
-    Ok(materials)
+    Ok(OfFaces { names, of_face })
 }
+
+/// The name of the material at a path. An export of Rhytid keeps the name that the input had.
+fn material_name(tree: &Tree<'_>, path: &str) -> String {
+    let data = tree.at(path).and_then(|material| field(&material.prim.metadata, "customData"));
+    let original = match data {
+        Some(Value::Dictionary(data)) => field(data, "name"),
+        _ => None,
+    };
+    let name = match original {
+        Some(Value::String(name)) => name,
+        _ => path.rsplit('/').next().unwrap_or(path),
+    };
+    // Each face may name it again.
+    name.chars().take(LONGEST_NAME).collect()
+}
+
+/// The most characters of a material's name.
+const LONGEST_NAME: usize = 256;

@@ -17,19 +17,22 @@ use rhytid_core::{Error, InputErrorKind, Mesh, Result, UpAxis};
 use rhytid_usd::layer::{Layer, Prim, Value};
 use rhytid_usd::read::{Opened, field};
 use std::collections::HashMap;
-use tree::Placed;
+use tree::{Placed, Tree};
 use values::Values;
 
 /// The meshes of a layer as one, in the order of its prims, parents first. `name` is for messages.
-pub(super) fn read(opened: Opened, name: &str, selection: &Selection) -> Result<Shapes> {
+pub(super) fn read(bytes: Vec<u8>, name: &str, selection: &Selection) -> Result<Shapes> {
+    let size = bytes.len() as u64;
+    let opened = rhytid_usd::read::decode(bytes, name)?;
     let Opened { layer, samples, unread } = opened;
     let mut values = Values { samples, time: selection.time, used_time: false, name };
-    let prims = tree::walk(&layer, &mut values)?;
-    let chosen = chosen(&prims, selection, &layer, &unread, name)?;
+    let tree = Tree::new(&layer, &mut values)?;
+    let chosen = chosen(&tree, selection, &layer, &unread, name)?;
+    let wears = shapes::worn(&tree, &mut values)?;
     let mut joined = Joined::default();
     for placed in &chosen {
-        let read = mesh::read(placed, &prims, &mut values)?;
-        joined.add(read, name)?;
+        let read = mesh::read(placed, &tree, &wears, &mut values)?;
+        joined.add(read, size, name)?;
     }
     if let Some(time) = selection.time.filter(|_| !values.used_time) {
         return Err(Error::out_of_range(format!(
@@ -42,13 +45,13 @@ pub(super) fn read(opened: Opened, name: &str, selection: &Selection) -> Result<
 
 /// The meshes that are wanted.
 fn chosen<'a>(
-    prims: &'a [Placed<'a>],
+    tree: &'a Tree<'a>,
     selection: &Selection,
     layer: &Layer,
     unread: &[String],
     name: &str,
 ) -> Result<Vec<&'a Placed<'a>>> {
-    let meshes: Vec<&Placed<'_>> = prims.iter().filter(|placed| placed.prim.type_name == "Mesh").collect();
+    let meshes: Vec<&Placed<'_>> = tree.of_type("Mesh").collect();
     if let Some(wanted) = &selection.prim {
         let wanted = wanted.trim_end_matches('/');
         let below = format!("{wanted}/");
@@ -65,7 +68,8 @@ fn chosen<'a>(
     }
     let shown: Vec<&Placed<'_>> = meshes.iter().filter(|placed| placed.inherited.is_shown).copied().collect();
     if shown.len() < meshes.len() && !shown.is_empty() {
-        let hidden: Vec<&Placed<'_>> = meshes.iter().filter(|placed| !placed.inherited.is_shown).copied().collect();
+        let hidden: Vec<&Placed<'_>> =
+            meshes.iter().filter(|placed| !placed.inherited.is_shown).copied().collect();
         log::warn!("{name}: meshes that are invisible, guides or proxies are left out: {}", list(&hidden));
     }
     if !shown.is_empty() {
@@ -140,20 +144,33 @@ struct Joined {
     shapes: Vec<Shape>,
     /// The places of names in `shapes`.
     numbers: HashMap<String, usize>,
+    /// Displacements of all shapes.
+    moved: u64,
 }
 
+/// The most displacements for each byte of the file.
+const MOST_MOVED: u64 = 8;
+
 impl Joined {
-    fn add(&mut self, read: PrimMesh, name: &str) -> Result<()> {
+    /// Adds a mesh of a file with so many bytes.
+    fn add(&mut self, read: PrimMesh, size: u64, name: &str) -> Result<()> {
         let first = self.mesh.positions.len() as u32;
         let total = self.mesh.positions.len() + read.positions.len();
         if u32::try_from(total).is_err() {
-            return Err(Error::out_of_range(format!("{name}: has {total} vertices in all; name one of its prims")));
+            return Err(Error::out_of_range(format!(
+                "{name}: has {total} vertices in all; name one of its prims"
+            )));
         }
         self.mesh.positions.extend(read.positions);
-        for (face, material) in read.faces.iter().zip(read.materials) {
+        let mut current = None;
+        self.materials.choose(None);
+        for (face, material) in read.faces.iter().zip(&read.material_of_face) {
             let corners: Vec<u32> = face.iter().map(|v| first + v).collect();
             self.mesh.faces.push(&corners);
-            self.materials.choose(material);
+            if *material != current {
+                current = *material;
+                self.materials.choose(material.map(|number| read.materials[number].clone()));
+            }
             self.materials.fill(self.mesh.faces.len());
         }
         match read.uvs {
@@ -171,6 +188,15 @@ impl Joined {
                 self.shapes.push(Shape { name: shape.name.clone(), moved: Vec::new() });
                 self.shapes.len() - 1
             });
+            self.moved += shape.moved.len() as u64;
+            // A real file stores each displacement, if not as compressed as this.
+            if self.moved > MOST_MOVED * (size + (1 << 16)) {
+                return Err(Error::unsupported_format(format!(
+                    "{name}: its shapes repeat the same data: {} displacements from {size} bytes; export it without \
+                     copies",
+                    self.moved
+                )));
+            }
             self.shapes[number].moved.extend(shape.moved.into_iter().map(|(v, by)| (first + v, by)));
         }
         Ok(())

@@ -29,7 +29,8 @@ pub(super) fn local(prim: &Prim, path: &str, values: &mut Values<'_>) -> Result<
         let value = values.get(prim, name)?;
         let kind = name.split(':').nth(1).unwrap_or_default();
         let matrix = value.as_ref().and_then(|value| operation(kind, value)).ok_or_else(|| {
-            values.wrong(path, &format!("has the transform {name} without a value that fits; export it again"))
+            values
+                .wrong(path, &format!("has the transform {name} without a value that fits; export it again"))
         })?;
         if is_inverse && matrix.determinant() == 0.0 {
             return Err(values.wrong(path, &format!("inverts {name}, which has no inverse; export it again")));

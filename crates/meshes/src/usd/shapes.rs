@@ -1,6 +1,6 @@
 //! The blend shapes of a mesh prim.
 
-use super::tree::{Placed, targets};
+use super::tree::{Placed, Tree, targets};
 use super::values::Values;
 use crate::shapes::Shape;
 use rhytid_core::Result;
@@ -11,12 +11,12 @@ use std::collections::{HashMap, HashSet};
 /// The blend shapes of a mesh with so many points, in its own space.
 pub(super) fn read(
     placed: &Placed<'_>,
-    prims: &[Placed<'_>],
+    tree: &Tree<'_>,
     points: usize,
     values: &mut Values<'_>,
 ) -> Result<Vec<Shape>> {
     let mut shapes = Vec::new();
-    for named in named(placed, prims, values)? {
+    for named in named(placed, tree, values)? {
         let Named { name, path, prim } = named;
         let Some(offsets) = values.vectors(prim, "offsets")? else { continue };
         let moved: Vec<u32> = match values.indices(prim, &path, "pointIndices")? {
@@ -39,7 +39,8 @@ pub(super) fn read(
         }
         // A point that is named twice counts once, as USD applies the last offset to it.
         let by_point: HashMap<u32, [f64; 3]> = moved.iter().copied().zip(offsets).collect();
-        let mut moved: Vec<(u32, [f64; 3])> = by_point.into_iter().filter(|(_, by)| *by != [0.0; 3]).collect();
+        let mut moved: Vec<(u32, [f64; 3])> =
+            by_point.into_iter().filter(|(_, by)| *by != [0.0; 3]).collect();
         moved.sort_unstable_by_key(|(v, _)| *v);
         shapes.push(Shape { name, moved });
     }
@@ -54,11 +55,7 @@ struct Named<'a> {
 }
 
 /// The shapes that the mesh points to, else those below it. No two have the same name.
-fn named<'a>(
-    placed: &Placed<'a>,
-    prims: &[Placed<'a>],
-    values: &mut Values<'_>,
-) -> Result<Vec<Named<'a>>> {
+fn named<'a>(placed: &Placed<'a>, tree: &Tree<'a>, values: &mut Values<'_>) -> Result<Vec<Named<'a>>> {
     let names = match values.get(placed.prim, "skel:blendShapes")? {
         Some(Value::Tokens(names)) => names,
         _ => Vec::new(),
@@ -66,12 +63,11 @@ fn named<'a>(
     let targets = targets(placed.prim, "skel:blendShapeTargets");
     let mut found: Vec<Named<'a>> = Vec::new();
     if !names.is_empty() && names.len() == targets.len() {
-        let by_path: HashMap<&str, &'a Prim> = prims.iter().map(|placed| (&*placed.path, placed.prim)).collect();
         let mut taken = HashSet::new();
         for (name, path) in names.into_iter().zip(targets) {
-            let Some(prim) = by_path.get(path.as_str()) else { continue };
+            let Some(found_at) = tree.at(path) else { continue };
             if taken.insert(name.clone()) {
-                found.push(Named { name, path: path.clone(), prim });
+                found.push(Named { name, path: path.clone(), prim: found_at.prim });
             }
         }
         return Ok(found);
@@ -83,40 +79,42 @@ fn named<'a>(
     Ok(found)
 }
 
-/// Moves points as the layer's animation wears the shapes, if a time is wanted. Says where shapes are worn
-/// without a time.
-pub(super) fn wear(
-    points: &mut [[f64; 3]],
-    shapes: &[Shape],
-    prims: &[Placed<'_>],
-    values: &mut Values<'_>,
-) -> Result<()> {
-    if shapes.is_empty() {
-        return Ok(());
-    }
-    for animation in prims.iter().filter(|placed| placed.prim.type_name == "SkelAnimation") {
-        let (names, weights) =
-            match (values.get(animation.prim, "blendShapes")?, values.get(animation.prim, "blendShapeWeights")?) {
-                (Some(Value::Tokens(names)), Some(Value::Floats(weights))) => (names, weights),
-                _ => continue,
-            };
-        let is_animated = attribute(animation.prim, "blendShapeWeights").is_some_and(|a| a.samples.is_some());
-        for (name, weight) in names.iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
-            let Some(shape) = shapes.iter().find(|shape| shape.name == *name) else { continue };
-            match values.time {
-                Some(_) => {
-                    for (v, by) in &shape.moved {
-                        let point = &mut points[*v as usize];
-                        point.iter_mut().zip(by).for_each(|(x, by)| *x += f64::from(weight) * by);
-                    }
-                }
-                None if !is_animated => log::warn!(
-                    "{}: shows the shape {name} with the weight {weight}; the mesh is read without it",
-                    values.name
-                ),
-                None => {}
-            }
+/// A shape that the layer's animation shows.
+pub(super) struct Worn {
+    name: String,
+    weight: f64,
+    /// Whether the weight has time samples.
+    is_animated: bool,
+}
+
+/// The shapes that the layer's animations show at the time that is wanted.
+pub(super) fn worn(tree: &Tree<'_>, values: &mut Values<'_>) -> Result<Vec<Worn>> {
+    let mut worn = Vec::new();
+    for animation in tree.of_type("SkelAnimation") {
+        let Some(Value::Tokens(names)) = values.get(animation.prim, "blendShapes")? else { continue };
+        let Some(Value::Floats(weights)) = values.get(animation.prim, "blendShapeWeights")? else { continue };
+        let samples = attribute(animation.prim, "blendShapeWeights").and_then(|weights| weights.samples);
+        for (name, weight) in names.into_iter().zip(weights).filter(|(_, weight)| *weight != 0.0) {
+            worn.push(Worn { name, weight: weight.into(), is_animated: samples.is_some() });
         }
     }
-    Ok(())
+    Ok(worn)
+}
+
+/// Moves points by the shapes that are worn, if a time is wanted. Otherwise says which are worn.
+pub(super) fn wear(points: &mut [[f64; 3]], shapes: &[Shape], worn: &[Worn], values: &Values<'_>) {
+    let by_name: HashMap<&str, &Shape> = shapes.iter().map(|shape| (&*shape.name, shape)).collect();
+    for Worn { name, weight, is_animated } in worn {
+        let Some(shape) = by_name.get(name.as_str()) else { continue };
+        if values.time.is_some() {
+            for (v, by) in &shape.moved {
+                points[*v as usize].iter_mut().zip(by).for_each(|(x, by)| *x += weight * by);
+            }
+        } else if !is_animated {
+            log::warn!(
+                "{}: shows the shape {name} with the weight {weight}; the mesh is read without it",
+                values.name
+            );
+        }
+    }
 }

@@ -6,6 +6,7 @@ use glam::DMat4;
 use rhytid_core::Result;
 use rhytid_usd::layer::{Layer, Prim, Property, Specifier, Value};
 use rhytid_usd::read::field;
+use std::collections::HashMap;
 
 /// A prim that the layer defines.
 pub(super) struct Placed<'a> {
@@ -27,14 +28,32 @@ pub(super) struct Inherited<'a> {
     pub(super) skeleton: Option<&'a str>,
 }
 
-/// All prims that are defined and active, parents first.
-pub(super) fn walk<'a>(layer: &'a Layer, values: &mut Values<'_>) -> Result<Vec<Placed<'a>>> {
-    let at_root = Inherited { world: DMat4::IDENTITY, is_shown: true, material: None, skeleton: None };
-    let mut found = Vec::new();
-    for prim in &layer.prims {
-        add(prim, "", at_root, values, &mut found)?;
+/// All prims that are defined and active.
+pub(super) struct Tree<'a> {
+    /// Parents first.
+    pub(super) prims: Vec<Placed<'a>>,
+    by_path: HashMap<String, usize>,
+}
+
+impl<'a> Tree<'a> {
+    pub(super) fn new(layer: &'a Layer, values: &mut Values<'_>) -> Result<Self> {
+        let at_root = Inherited { world: DMat4::IDENTITY, is_shown: true, material: None, skeleton: None };
+        let mut prims = Vec::new();
+        for prim in &layer.prims {
+            add(prim, "", at_root, values, &mut prims)?;
+        }
+        let by_path = prims.iter().enumerate().map(|(i, placed)| (placed.path.clone(), i)).collect();
+        Ok(Self { prims, by_path })
     }
-    Ok(found)
+
+    /// The prim at a path.
+    pub(super) fn at(&self, path: &str) -> Option<&Placed<'a>> {
+        self.by_path.get(path).map(|i| &self.prims[*i])
+    }
+
+    pub(super) fn of_type<'t>(&'t self, type_name: &'t str) -> impl Iterator<Item = &'t Placed<'a>> {
+        self.prims.iter().filter(move |placed| placed.prim.type_name == type_name)
+    }
 }
 
 /// Adds a prim and those below it. The reader of layers limits how deep they are.

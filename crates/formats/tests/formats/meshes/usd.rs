@@ -72,7 +72,10 @@ fn meshes_are_as_usd_reads_them() {
         let materials = face.materials.unwrap();
         assert_eq!((materials.names, materials.of_face), (vec!["skin".into(), "lip".into()], vec![0, 1]));
         let said = message(read_file(&file("looks"), &prim("/root/fac"), false).map(|_| ()));
-        assert!(said.contains("no mesh at the prim /root/fac or below it, found /root/face, /root/wide"), "{said}");
+        assert!(
+            said.contains("no mesh at the prim /root/fac or below it, found /root/face, /root/wide"),
+            "{said}"
+        );
     }
 }
 
@@ -124,7 +127,10 @@ fn a_file_without_a_mesh_of_its_own_is_one_sentence() {
     for (body, words) in [
         ("def Xform \"a\" {}\n", "has no mesh, expected a scan"),
         ("def \"a\" (references = @head.usd@) {}\n", "has no mesh of its own, but refers to other files"),
-        ("def \"a\" (payload = @head.usd@) {}\n", "refers to other files; put all into one file, as with usdcat"),
+        (
+            "def \"a\" (payload = @head.usd@) {}\n",
+            "refers to other files; put all into one file, as with usdcat",
+        ),
         ("(\nsubLayers = [@head.usd@]\n)\n", "has no mesh of its own"),
         ("def Mesh \"a\" {}\n", "the prim /a has no points"),
         (
@@ -139,7 +145,10 @@ fn a_file_without_a_mesh_of_its_own_is_one_sentence() {
             "def Mesh \"a\" { point3f[] points = [(0,0,0)] int[] faceVertexCounts = [3] int[] faceVertexIndices = [0,0,-1] }\n",
             "/a has a negative number in faceVertexIndices",
         ),
-        ("def Mesh \"a\" { uniform token[] xformOpOrder = [\"xformOp:turn\"] }\n", "the transform xformOp:turn without"),
+        (
+            "def Mesh \"a\" { uniform token[] xformOpOrder = [\"xformOp:turn\"] }\n",
+            "the transform xformOp:turn without",
+        ),
     ] {
         let said = refused(body);
         assert!(said.contains(words), "{said}");
