@@ -1,5 +1,6 @@
 //! The axes of a file.
 use glam::{DMat3, DQuat, DVec3};
+use rhytid_core::UpAxis;
 use std::fmt;
 use std::str::FromStr;
 
@@ -14,6 +15,18 @@ impl Axes {
 
     /// From a file whose y points up to a mesh whose z does.
     pub const Y_UP_TO_Z_UP: Self = Self([(0, false), (2, true), (1, false)]);
+
+    /// From a file whose z points up to a mesh whose y does.
+    pub const Z_UP_TO_Y_UP: Self = Self([(0, false), (2, false), (1, true)]);
+
+    /// From a file with the first axis up to a mesh with the second axis up.
+    pub fn between(file: UpAxis, mesh: UpAxis) -> Self {
+        match (file, mesh) {
+            (UpAxis::Y, UpAxis::Z) => Self::Y_UP_TO_Z_UP,
+            (UpAxis::Z, UpAxis::Y) => Self::Z_UP_TO_Y_UP,
+            _ => Self::SAME,
+        }
+    }
 
     /// The 24 rotations.
     pub fn all() -> impl Iterator<Item = Self> {

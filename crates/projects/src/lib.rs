@@ -12,4 +12,5 @@
 
 mod document;
 pub mod edits;
+mod pattern;
 pub mod project;

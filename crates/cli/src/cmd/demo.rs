@@ -298,7 +298,7 @@ fn write_inputs(dir: &Path, face: &Face, take: &Take, ui: &Ui) -> Result<String>
         let file = PathBuf::from("poses").join(format!("{}.obj", example.name));
         inputs.push((file.clone(), Input::Pose(&face.neutral, example)));
         examples.push(ExampleSection {
-            name: example.name.clone(),
+            name: Some(example.name.clone()),
             mesh: file,
             mirror: example.mirror,
             ..ExampleSection::default()
@@ -340,8 +340,9 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
         mesh: MeshSection {
             name: Some(face.name.clone()),
             neutral: "neutral.obj".into(),
-            units,
-            up: face.up_axis,
+            prim: None,
+            units: Some(units),
+            up: Some(face.up_axis),
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples,

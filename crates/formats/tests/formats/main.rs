@@ -10,6 +10,7 @@ mod meshes;
 mod pc2;
 mod project;
 mod project_errors;
+mod project_examples;
 mod project_maps;
 mod raw_take;
 mod sequences;

@@ -37,6 +37,19 @@ take = "ada.csv"
 frame = 120
 displacement = "smile.png"
 millimetres = 1.5
+[[example]]
+name = "blink"
+mesh = "head.usd"
+prim = "/head/face"
+time = 12.5
+shape = ["blink_l", "blink_r"]
+weight = -0.5
+[[example]]
+mesh = "head.glb"
+shapes = "*"
+weight = 0.75
+[[example]]
+mesh = "poses/scan.####.obj"
 [pins]
 auto = false
 vertices = "skull.csv"
@@ -69,8 +82,13 @@ const SMALLEST: &str = "[mesh]\nneutral = 'n.obj'\nunits = 'm'\n[handles]\nverti
 
 fn full() -> Project {
     let example = |name: &str, mesh: &str| ExampleSection {
-        name: name.into(),
+        name: Some(name.into()),
         mesh: mesh.into(),
+        prim: (name == "blink").then(|| "/head/face".into()),
+        time: (name == "blink").then_some(12.5),
+        shape: if name == "blink" { vec!["blink_l".into(), "blink_r".into()] } else { Vec::new() },
+        shapes: Vec::new(),
+        weight: (name == "blink").then_some(-0.5),
         unit: (name == "frown").then_some(Units::Millimetres),
         scale: (name == "frown").then_some(1.25),
         axes: (name == "frown").then(|| "+x-z+y".parse().unwrap()),
@@ -90,11 +108,23 @@ fn full() -> Project {
         mesh: MeshSection {
             name: Some("Ada".into()),
             neutral: "neutral.obj".into(),
-            units: Units::Centimetres,
-            up: UpAxis::Z,
+            prim: None,
+            units: Some(Units::Centimetres),
+            up: Some(UpAxis::Z),
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
-        examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
+        examples: vec![
+            example("frown", "poses/frown.obj"),
+            example("smile", "poses/smile.ply"),
+            example("blink", "head.usd"),
+            ExampleSection {
+                mesh: "head.glb".into(),
+                shapes: vec!["*".into()],
+                weight: Some(0.75),
+                ..ExampleSection::default()
+            },
+            ExampleSection { mesh: "poses/scan.####.obj".into(), ..ExampleSection::default() },
+        ],
         prior: Some(PriorSection {
             from: "generic".into(),
             neutral: Some("generic/rest.obj".into()),
@@ -156,7 +186,7 @@ fn the_former_names_of_keys_are_understood() {
     assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
     let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
     let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
-    let words = "line 51: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    let words = "line 64: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
     assert!(found.sentence().contains(words), "{found}");
 }
 
@@ -164,7 +194,7 @@ fn the_former_names_of_keys_are_understood() {
 fn inline_tables_are_sections_too() {
     let text = "mesh = {neutral = 'n.obj', units = 'm'}\nhandles.vertices = 'h.csv'\n\
                 example = [{name = 'a', mesh = 'a.obj'}]\n";
-    assert_eq!(parse(text, "face.toml").unwrap().examples[0].name, "a");
+    assert_eq!(parse(text, "face.toml").unwrap().examples[0].name.as_deref(), Some("a"));
 }
 
 #[test]
@@ -175,7 +205,13 @@ fn what_is_left_out_has_its_default() {
         Project {
             method: Method::Learned,
             align: true,
-            mesh: MeshSection { name: None, neutral: "n.obj".into(), units: Units::Metres, up: UpAxis::Y },
+            mesh: MeshSection {
+                name: None,
+                neutral: "n.obj".into(),
+                prim: None,
+                units: Some(Units::Metres),
+                up: None,
+            },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
             prior: None,
@@ -197,11 +233,11 @@ fn units_and_axes_are_understood() {
         [("'m'", 1.0), ("'cm'", 0.01), ("'mm'", 0.001), ("'in'", 0.0254), ("2", 2.0), ("0.3048", 0.3048)]
     {
         let project = parse(&SMALLEST.replace("'m'", units), "face.toml").unwrap();
-        assert_eq!(project.mesh.units.metres_per_unit(), metres, "{units}");
+        assert_eq!(project.mesh.units.unwrap().metres_per_unit(), metres, "{units}");
     }
     for (up, axis) in [("y", UpAxis::Y), ("Y", UpAxis::Y), ("z", UpAxis::Z), ("Z", UpAxis::Z)] {
         let text = SMALLEST.replace("units", &format!("up = '{up}'\nunits"));
-        assert_eq!(parse(&text, "face.toml").unwrap().mesh.up, axis);
+        assert_eq!(parse(&text, "face.toml").unwrap().mesh.up, Some(axis));
     }
 }
 
@@ -226,9 +262,9 @@ fn projects_that_would_not_read_back_are_not_written() {
         project
     };
     for (bad, words) in [
-        (change(|p| p.examples[1].name = "frown".into()), "[[example]] name is \"frown\""),
+        (change(|p| p.examples[1].name = Some("frown".into())), "[[example]] name is \"frown\""),
         (change(|p| p.large_scale.bending_length = Some(f64::NAN)), "bending_length is nan"),
-        (change(|p| p.mesh.units = Units::MetresPerUnit(-1.0)), "units is -1.0"),
+        (change(|p| p.mesh.units = Some(Units::MetresPerUnit(-1.0))), "units is -1.0"),
         (change(|p| p.mesh.neutral = PathBuf::new()), "neutral is empty"),
         (change(|p| p.fine_scale.max_influences = 0), "max_influences is 0"),
         (change(|p| p.learned.share = Some(1.5)), "[learned] share is 1.5, expected a number from 0 to 1"),
@@ -302,8 +338,9 @@ fn any_project() -> impl Strategy<Value = Project> {
         mesh: MeshSection {
             name: mesh.0,
             neutral: mesh.1,
-            units: mesh.2,
-            up: if mesh.3 { UpAxis::Z } else { UpAxis::Y },
+            prim: None,
+            units: Some(mesh.2),
+            up: Some(if mesh.3 { UpAxis::Z } else { UpAxis::Y }),
         },
         handles: HandlesSection { vertices },
         examples: examples
@@ -312,7 +349,7 @@ fn any_project() -> impl Strategy<Value = Project> {
                 mirror: name.len() > 4,
                 frame: (name.len() > 6).then_some(name.len()),
                 take: (name.len() > 6).then(|| PathBuf::from("take.csv")),
-                name,
+                name: Some(name),
                 mesh,
                 ..ExampleSection::default()
             })

@@ -38,7 +38,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "neutral =",
             "neutrl =",
             "face.toml, line 2: unknown key \"neutrl\" in [mesh] (did you mean \"neutral\"?), \
-             expected name, neutral, units, up",
+             expected name, neutral, prim, units, up",
         ),
         (
             "[handles]",
@@ -55,7 +55,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "mesh = \"poses",
             "MESH = \"poses",
-            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, unit, scale, axes, mirror, noise, take, frame, displacement, millimetres, normal_map, green, strength",
+            "face.toml, line 10: unknown key \"MESH\" in [[example]] (did you mean \"mesh\"?), expected name, mesh, prim, time, shape, shapes, weight, unit, scale, axes, mirror, noise, take, frame, displacement, millimetres, normal_map, green, strength",
         ),
         (
             "bending_length",
@@ -79,7 +79,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "units = \"cm\"",
             "zeta = 1\nalpha = 2",
-            "face.toml, line 3: unknown key \"zeta\" in [mesh], expected name, neutral, units, up",
+            "face.toml, line 3: unknown key \"zeta\" in [mesh], expected name, neutral, prim, units, up",
         ),
     ] {
         assert_eq!(changed(from, to), expected);

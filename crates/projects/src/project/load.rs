@@ -1,16 +1,16 @@
 //! Reads the files that a [`Project`] names, and makes a [`Face`] of them.
+use super::examples::{self, Of, OfSection};
 use super::prior;
 use super::sculpted;
-use super::sections::{Edges, ExampleSection, Method, PinsSection, Project, Units};
-use rayon::prelude::*;
+use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
+use super::space::NeutralSpace;
 use rhytid_core::text::did_you_mean;
 use rhytid_core::text::quoted;
 use rhytid_core::{
-    Error, Example, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges,
-    SurfacePoint, UpAxis, VertexId, named_file,
+    Error, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges, SurfacePoint,
+    VertexId, named_file,
 };
-use rhytid_geometry::Axes;
-use rhytid_meshes as mesh;
+use rhytid_meshes::{self as mesh, Selection, Shapes};
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
 
@@ -25,12 +25,12 @@ use std::path::{Path, PathBuf};
 pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
     let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
     let handles_path = existing_table(path, &project.handles.vertices, "[handles] vertices", reach)?;
-    let mut face = load_without_handles(project, path, reach)?;
+    let Loaded { mut face, sections } = loaded(project, path, reach)?;
     face.handles = tables::read_handles(&handles_path)?;
     check_vertices(&face.handles, &handles_path, face.neutral.positions.len(), &neutral_path)?;
-    for (section, example) in project.examples.iter().zip(&mut face.examples) {
+    for (section, example) in sections.iter().map(|i| &project.examples[*i]).zip(&mut face.examples) {
         if let (Some(take), Some(frame)) = (&section.take, section.frame) {
-            let key = format!("[[example]] {:?}: take", section.name);
+            let key = format!("[[example]] {:?}: take", example.name);
             let take = existing(path, take, &key, reach)?;
             let unit = face.metres_per_unit;
             sculpted::place_handles(
@@ -39,7 +39,7 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
                 unit,
                 &take,
                 frame,
-                &section.name,
+                &example.name,
             )?;
         }
     }
@@ -56,31 +56,28 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
 /// # Errors
 /// As [`load`].
 pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
-    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
-    let neutral = mesh::read(&neutral_path)?;
+    Ok(loaded(project, path, reach)?.face)
+}
 
-    let read_example = |example: &ExampleSection| {
-        let key = format!("[[example]] {:?}: mesh", example.name);
-        let example_path = existing(path, &example.mesh, &key, reach)?;
-        let mut positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
-        to_neutral(&mut positions, example, project);
-        if let (Some(map), Some(millimetres)) = (&example.displacement, example.millimetres) {
-            let key = format!("[[example]] {:?}: displacement", example.name);
-            let map = existing(path, map, &key, reach)?;
-            let full = millimetres * 1e-3 / project.mesh.units.metres_per_unit();
-            positions = sculpted::displaced(&neutral, &neutral_path, positions, &map, full)?;
-        }
-        if let Some(map) = &example.normal_map {
-            let map = existing(path, map, &format!("[[example]] {:?}: normal_map", example.name), reach)?;
-            let strength = example.strength.unwrap_or(1.0);
-            positions =
-                sculpted::with_normal_map(&neutral, &neutral_path, positions, &map, example.green, strength)?;
-        }
-        Ok(Example { name: example.name.clone(), positions, mirror: example.mirror, noise: example.noise })
-    };
-    // Of several errors, the first in the order of the file is reported.
-    let examples: Vec<Result<Example>> = project.examples.par_iter().map(read_example).collect();
-    let examples = examples.into_iter().collect::<Result<_>>()?;
+/// A face without handles.
+struct Loaded {
+    face: Face,
+    /// The number of each example's section.
+    sections: Vec<usize>,
+}
+
+fn loaded(project: &Project, path: &Path, reach: Reach) -> Result<Loaded> {
+    let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
+    let selection = Selection { prim: project.mesh.prim.clone(), time: None };
+    let Shapes { neutral, space, .. } = mesh::read_file(&neutral_path, &selection, false)?;
+    let space = NeutralSpace::new(&project.mesh, space, path)?;
+    let of = Of { project, path, reach, neutral: &neutral, neutral_path: &neutral_path, space };
+    let mut sections = Vec::new();
+    let mut examples = Vec::new();
+    for OfSection { section, example } in examples::read(of)? {
+        sections.push(section);
+        examples.push(example);
+    }
 
     let prior = match &project.prior {
         Some(section) => prior::read(section, path, &neutral, &neutral_path, reach)?,
@@ -91,11 +88,11 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         vertices: pinned_vertices(&project.pins, path, &neutral, &neutral_path, reach)?,
     };
     let stem = || path.file_stem().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    Ok(Face {
+    let face = Face {
         name: project.mesh.name.clone().unwrap_or_else(stem),
         neutral,
-        metres_per_unit: project.mesh.units.metres_per_unit(),
-        up_axis: project.mesh.up,
+        metres_per_unit: space.metres_per_unit,
+        up_axis: space.up,
         handles: Handles::default(),
         examples,
         prior,
@@ -113,27 +110,8 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             strain_edges: StrainEdges::Auto,
             max_influences: project.fine_scale.max_influences,
         },
-    })
-}
-
-/// Takes an example's positions from the space of its file to the neutral's.
-///
-/// glTF is in metres, and its y points up. A project says what the space of its neutral is. So an example as
-/// glTF is known to be in another space only beside a neutral of another format.
-fn to_neutral(positions: &mut [[f64; 3]], example: &ExampleSection, project: &Project) {
-    let is_gltf = |file: &Path| matches!(mesh::Format::from_extension(file), Ok(mesh::Format::Gltf));
-    let differs = is_gltf(&example.mesh) && !is_gltf(&project.mesh.neutral);
-    let of_file = if differs { Units::Metres } else { project.mesh.units };
-    let unit = example.unit.unwrap_or(of_file).metres_per_unit();
-    let factor = unit / project.mesh.units.metres_per_unit() * example.scale.unwrap_or(1.0);
-    let axes = match project.mesh.up {
-        UpAxis::Z if differs => Axes::Y_UP_TO_Z_UP,
-        _ => Axes::SAME,
     };
-    let axes = example.axes.unwrap_or(axes);
-    if factor != 1.0 || axes != Axes::SAME {
-        positions.iter_mut().for_each(|x| *x = axes.apply(*x).map(|x| factor * x));
-    }
+    Ok(Loaded { face, sections })
 }
 
 /// The files that a project is read from, that of the project first. They need not exist.
@@ -144,11 +122,16 @@ pub fn files(project: &Project, path: &Path) -> Vec<PathBuf> {
         Edges::Auto => None,
     };
     let named = [&project.mesh.neutral, &project.handles.vertices].into_iter();
-    let named = named.chain(project.examples.iter().flat_map(|example| {
-        let maps = example.displacement.iter().chain(&example.normal_map);
-        std::iter::once(&example.mesh).chain(&example.take).chain(maps)
-    }));
-    let named = named.chain(&project.pins.vertices).chain(edges);
+    let of_example = |example: &ExampleSection| {
+        let mut files = match example.names_files() {
+            true => examples::fitting(&example.mesh, path),
+            false => vec![example.mesh.clone()],
+        };
+        files.extend(example.take.iter().chain(&example.displacement).chain(&example.normal_map).cloned());
+        files
+    };
+    let named = named.cloned().chain(project.examples.iter().flat_map(of_example));
+    let named = named.chain(project.pins.vertices.iter().chain(edges).cloned());
     let of_prior = project.prior.iter().flat_map(|section| prior::files(section, path));
     let named = named.map(|file| folder.join(file)).chain(of_prior);
     std::iter::once(path.to_owned()).chain(named).collect()

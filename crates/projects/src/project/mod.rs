@@ -1,10 +1,12 @@
 //! The project file, FACE.toml: which files make up a face, and the choices of its solve. See
 //! `docs/project-file.md`.
+mod examples;
 mod load;
 mod parse;
 mod prior;
 mod sculpted;
 mod sections;
+mod space;
 
 pub use load::{files, load, load_without_handles};
 pub use parse::parse;

@@ -9,9 +9,9 @@ use crate::document::{File, Section, found, tables, vector_of};
 use rhytid_core::text::quoted;
 use rhytid_core::{Bind, ContactSettings, InputErrorKind, LearnedSettings, Result, UpAxis, WrinkleStrains};
 use rhytid_geometry::Axes;
-use rhytid_meshes::{NormalMapConvention, has_shapes};
+use rhytid_meshes::{Format, NormalMapConvention, has_shapes};
 use std::collections::HashMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
 /// Checks the text of a project file; `name` names the file in errors.
@@ -130,20 +130,51 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
 const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 fn mesh(section: &Section<'_>) -> Result<MeshSection> {
-    section.allow(&["name", "neutral", "units", "up"])?;
+    section.allow(&["name", "neutral", "prim", "units", "up"])?;
     let neutral = section.path("neutral", "the file of the neutral mesh")?;
+    let prim = prim(section, &neutral)?;
     let name = section.text("name", "a name")?;
     if let Some(name) = name.filter(|name| name.trim().is_empty()) {
         return Err(section.wrong("name", &quoted(name), "a name that is not empty"));
     }
-    let Some(units) = units(section, "units")? else { return Err(section.lacks("units", UNITS)) };
+    let units = units(section, "units")?;
+    // Files of the other formats state no unit.
+    if units.is_none() && !states_space(&neutral) {
+        return Err(section.lacks("units", UNITS));
+    }
     let up = match section.text("up", "\"y\" or \"z\"")? {
-        None => UpAxis::default(),
-        Some("y" | "Y") => UpAxis::Y,
-        Some("z" | "Z") => UpAxis::Z,
+        None => None,
+        Some("y" | "Y") => Some(UpAxis::Y),
+        Some("z" | "Z") => Some(UpAxis::Z),
         Some(other) => return Err(section.wrong("up", &quoted(other), "\"y\" or \"z\"")),
     };
-    Ok(MeshSection { name: name.map(str::to_owned), neutral, units, up })
+    Ok(MeshSection { name: name.map(str::to_owned), neutral, prim, units, up })
+}
+
+/// Whether the files of this format may state their unit and the axis that points up.
+fn states_space(mesh: &Path) -> bool {
+    matches!(Format::from_extension(mesh), Ok(Format::Gltf | Format::Usd))
+}
+
+/// The prim that a section names in its file, which is `mesh`.
+fn prim(section: &Section<'_>, mesh: &Path) -> Result<Option<String>> {
+    let expected = "the path of a prim, such as \"/head/face\"";
+    let Some(prim) = section.text("prim", expected)? else { return Ok(None) };
+    if !prim.starts_with('/') {
+        return Err(section.wrong("prim", &quoted(prim), expected));
+    }
+    of_usd(section, "prim", mesh)?;
+    Ok(Some(prim.to_owned()))
+}
+
+/// Refuses a key that only USD files have, if `mesh` is none.
+fn of_usd(section: &Section<'_>, key: &str, mesh: &Path) -> Result<()> {
+    if matches!(Format::from_extension(mesh), Ok(Format::Usd)) {
+        return Ok(());
+    }
+    let what =
+        format!("has {key}, which only USD files have; leave it out, or export {} as USD", mesh.display());
+    Err(section.error(&what).of_kind(InputErrorKind::Conflict))
 }
 
 const UNITS: &str = "\"m\", \"cm\", \"mm\", \"in\" or a number above 0, the metres in one mesh unit";
@@ -196,6 +227,11 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
         section.allow(&[
             "name",
             "mesh",
+            "prim",
+            "time",
+            "shape",
+            "shapes",
+            "weight",
             "unit",
             "scale",
             "axes",
@@ -210,7 +246,9 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
             "strength",
         ])?;
         let name = example_name(section)?;
-        if let Some(first) = seen.insert(name, section) {
+        if let Some(name) = name
+            && let Some(first) = seen.insert(name, section)
+        {
             let line = first.line("name");
             let expected = format!("{EXAMPLE_NAME}, but line {line} has it too");
             return Err(section.wrong("name", &quoted(name), &expected));
@@ -222,18 +260,40 @@ fn examples(root: &Section<'_>) -> Result<Vec<ExampleSection>> {
 
 const EXAMPLE_NAME: &str = "a name that no other example has";
 
-fn example_name<'a>(section: &Section<'a>) -> Result<&'a str> {
+fn example_name<'a>(section: &Section<'a>) -> Result<Option<&'a str>> {
     match section.text("name", EXAMPLE_NAME)? {
-        None => Err(section.lacks("name", EXAMPLE_NAME)),
+        None => Ok(None),
         Some(name) if name.trim().is_empty() => {
             Err(section.wrong("name", &quoted(name), "a name that is not empty"))
         }
-        Some(name) => Ok(name),
+        Some(name) => Ok(Some(name)),
     }
 }
 
-fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
+fn example(section: &Section<'_>, name: Option<&str>) -> Result<ExampleSection> {
     let mesh = section.path("mesh", "the file of the example's mesh")?;
+    let prim = prim(section, &mesh)?;
+    let time = match section.get("time") {
+        None => None,
+        Some(value) => {
+            of_usd(section, "time", &mesh)?;
+            let time = section.number("time");
+            Some(time.ok_or_else(|| section.wrong("time", &found(value), "a time code of the file"))?)
+        }
+    };
+    let shape = names(section, "shape", "the name of a shape, or a list of shapes that are added up")?;
+    let shapes = names(section, "shapes", "\"*\" for all shapes, or a list of names and patterns")?;
+    let weight = match section.get("weight") {
+        None => None,
+        Some(value) => {
+            if shape.is_empty() && shapes.is_empty() {
+                needs(section, "weight", "shape")?;
+            }
+            let weight = section.number("weight").filter(|weight| *weight != 0.0 && weight.abs() <= 100.0);
+            let expected = "what shapes are multiplied by, a number from -100 to 100 that is not 0";
+            Some(weight.ok_or_else(|| section.wrong("weight", &found(value), expected))?)
+        }
+    };
     let unit = units(section, "unit")?;
     let scale = positive(section, "scale", "what the mesh is multiplied by, a number above 0", 1e6)?;
     let axes = axes(section)?;
@@ -275,9 +335,14 @@ fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
         1e3,
     )?;
     let frame = section.whole("frame", "a frame of the take, counted from 0")?;
-    Ok(ExampleSection {
-        name: name.to_owned(),
+    let example = ExampleSection {
+        name: name.map(str::to_owned),
         mesh,
+        prim,
+        time,
+        shape,
+        shapes,
+        weight,
         unit,
         scale,
         axes,
@@ -290,7 +355,38 @@ fn example(section: &Section<'_>, name: &str) -> Result<ExampleSection> {
         normal_map,
         green,
         strength,
-    })
+    };
+    check_number(section, &example)?;
+    Ok(example)
+}
+
+/// Checks that the keys fit a section of one example, or of many.
+fn check_number(section: &Section<'_>, example: &ExampleSection) -> Result<()> {
+    let is_one = example.name.is_some() || !example.shape.is_empty();
+    let is_many = !example.shapes.is_empty() || example.names_files();
+    if !is_one && !is_many {
+        return Err(section.lacks("name", EXAMPLE_NAME));
+    }
+    if example.shapes.is_empty() && !is_many {
+        return Ok(());
+    }
+    for key in ["name", "shape", "take", "displacement", "normal_map"] {
+        if section.get(key).is_some() {
+            let many = if example.shapes.is_empty() { "a pattern of files" } else { "shapes" };
+            let what = format!("has {key}, which is of one example, and {many}; leave one of them out");
+            return Err(section.error(&what).of_kind(InputErrorKind::Conflict));
+        }
+    }
+    Ok(())
+}
+
+/// A name or a list of names; none where the key is not there.
+fn names(section: &Section<'_>, key: &str, expected: &str) -> Result<Vec<String>> {
+    match section.get(key) {
+        Some(DeValue::String(name)) if !name.is_empty() => Ok(vec![name.to_string()]),
+        Some(DeValue::Array(items)) if items.is_empty() => Err(section.wrong(key, "an empty list", expected)),
+        _ => section.texts(key, expected),
+    }
 }
 
 /// A file that need not be named.

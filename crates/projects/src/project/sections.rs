@@ -1,5 +1,6 @@
 //! The sections of a project file.
 
+use crate::pattern::is_pattern;
 use rhytid_core::{Bind, ContactSettings, LearnedSettings, UpAxis, WrinkleStrains};
 use rhytid_geometry::Axes;
 use rhytid_meshes::NormalMapConvention;
@@ -46,12 +47,17 @@ pub struct MeshSection {
     /// Names the rig; `None` takes the stem of the project file's name.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub name: Option<String>,
-    /// The neutral scan: OBJ, PLY or glTF.
+    /// The neutral scan: OBJ, PLY, glTF or USD.
     pub neutral: PathBuf,
-    /// The unit of all coordinates.
-    pub units: Units,
-    /// The axis that points up; Y by default.
-    pub up: UpAxis,
+    /// The meshes at this prim and below it; for a USD file alone. `None`: all that are shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prim: Option<String>,
+    /// The unit of all coordinates. `None`: the one that the neutral's file states.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub units: Option<Units>,
+    /// The axis that points up. `None`: the one that the neutral's file states, else Y.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub up: Option<UpAxis>,
 }
 
 /// `[handles]`: the vertices that markers hold.
@@ -61,15 +67,31 @@ pub struct HandlesSection {
     pub vertices: PathBuf,
 }
 
-/// `[[example]]`: one expression scan.
+/// `[[example]]`: an expression scan, or several that a pattern or one file has.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ExampleSection {
-    /// Distinct and not empty.
-    pub name: String,
-    /// A mesh with the neutral's vertices and faces.
+    /// Distinct and not empty. `None`: an example is called as its shape or its file.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub name: Option<String>,
+    /// A mesh with the neutral's vertices and faces. In a section without a name and shapes, the file's name
+    /// may be a pattern: `#` is a digit, `*` is anything, and each file that it fits is an example.
     pub mesh: PathBuf,
-    /// The unit of the mesh's coordinates. `None`: metres for a glTF file whose neutral is none, else the
-    /// neutral's.
+    /// The meshes at this prim and below it; for a USD file alone. `None`: all that are shown.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub prim: Option<String>,
+    /// The pose at this time code; for a USD file alone. `None`: the pose without a time, else the first.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub time: Option<f64>,
+    /// Shapes of the mesh, as of an expression. They are added to one another, and make one example.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shape: Vec<String>,
+    /// Patterns of names of shapes. Each shape that one of them fits is an example.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub shapes: Vec<String>,
+    /// What the displacements of shapes are multiplied by; 1 by default.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
+    /// The unit of the mesh's coordinates. `None`: the one that its file states, else the neutral's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<Units>,
     /// What the mesh's coordinates are multiplied by besides; 1 by default.
@@ -108,6 +130,19 @@ pub struct ExampleSection {
     /// The factor of its heights; 1 by default.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub strength: Option<f64>,
+}
+
+impl ExampleSection {
+    /// Whether its examples are shapes of its file.
+    pub fn has_shapes(&self) -> bool {
+        !self.shape.is_empty() || !self.shapes.is_empty()
+    }
+
+    /// Whether its mesh is a pattern, which may fit many files.
+    pub fn names_files(&self) -> bool {
+        let is_pattern = self.mesh.file_name().is_some_and(|name| is_pattern(&name.to_string_lossy()));
+        self.name.is_none() && !self.has_shapes() && is_pattern
+    }
 }
 
 /// `[prior]`: expressions of another face.
