@@ -7,34 +7,34 @@ pub(crate) fn is_pattern(text: &str) -> bool {
 
 /// Whether `text` is as `pattern` says: `*` is any number of characters, each `#` is a digit, and a row of
 /// `#` is that many digits or more.
-pub(crate) fn matches(pattern: &str, text: &str) -> bool {
+pub fn fits(pattern: &str, text: &str) -> bool {
     let (pattern, text): (Vec<char>, Vec<char>) = (pattern.chars().collect(), text.chars().collect());
     // Of each length of the text's beginning: whether the pattern so far fits it.
-    let mut fits = vec![false; text.len() + 1];
-    fits[0] = true;
+    let mut begins = vec![false; text.len() + 1];
+    begins[0] = true;
     for (i, sign) in pattern.iter().enumerate() {
         let mut next = vec![false; text.len() + 1];
         // Of a row of `#`, the last stands for all digits to come.
         let is_last_digit = *sign == '#' && pattern.get(i + 1) != Some(&'#');
         for end in 0..=text.len() {
             next[end] = match *sign {
-                '*' => fits[end] || end > 0 && next[end - 1],
+                '*' => begins[end] || end > 0 && next[end - 1],
                 '#' => {
                     end > 0
                         && text[end - 1].is_ascii_digit()
-                        && (fits[end - 1] || is_last_digit && next[end - 1])
+                        && (begins[end - 1] || is_last_digit && next[end - 1])
                 }
-                sign => end > 0 && fits[end - 1] && text[end - 1] == sign,
+                sign => end > 0 && begins[end - 1] && text[end - 1] == sign,
             };
         }
-        fits = next;
+        begins = next;
     }
-    fits[text.len()]
+    begins[text.len()]
 }
 
 #[cfg(test)]
 mod tests {
-    use super::matches;
+    use super::fits;
 
     #[test]
     fn signs_stand_for_characters_and_digits() {
@@ -56,9 +56,9 @@ mod tests {
             ("smile", "smiles", false),
             ("é*", "éa", true),
         ] {
-            assert_eq!(matches(pattern, text), expected, "{pattern} {text}");
+            assert_eq!(fits(pattern, text), expected, "{pattern} {text}");
         }
         // No time that grows with a power of the length.
-        assert!(!matches(&"*a".repeat(500), &"a".repeat(499)));
+        assert!(!fits(&"*a".repeat(500), &"a".repeat(499)));
     }
 }

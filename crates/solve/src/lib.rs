@@ -55,7 +55,7 @@ pub mod tangent_frames;
 
 pub use align::{Misplaced, misplaced};
 pub use contact::FoundEyeball;
-pub use doctor::{Finding, Report, Severity, check, examine};
+pub use doctor::{ExampleSpace, Finding, Report, Severity, check, examine, example_spaces};
 pub use driven::DrivenComponents;
 pub use learned::{
     Candidate, Confidence, EXTRAPOLATION, FreeMotion, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans,

@@ -1,11 +1,12 @@
 //! Flags of the commands that make a project from other people's files.
 
 use super::setup::Setup;
-use super::values::{Elsewhere, Json, MissingChoice, UnitChoice, parse_rate};
+use super::values::{Elsewhere, Json, MissingChoice, UnitChoice, parse_mesh_unit, parse_rate};
 use super::{INPUT, SPACE};
 use rhytid::Error;
 use rhytid::capture::Axes;
 use rhytid::formats::export::Treatment;
+use rhytid::formats::project::Units;
 use rhytid::formats::raw_take;
 use rhytid::formats::take::Missing;
 use std::path::{Path, PathBuf};
@@ -70,8 +71,8 @@ pub(crate) struct New {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
 
-    /// The folder with the expression scans [default: poses, examples, expressions or scans beside the
-    /// neutral, or its own].
+    /// The folder with the expressions: meshes, or files with shapes [default: poses, examples, expressions or
+    /// scans beside the neutral, or its own].
     #[arg(long, value_name = "FOLDER")]
     pub examples: Option<PathBuf>,
 
@@ -80,9 +81,14 @@ pub(crate) struct New {
     #[arg(long, value_name = "TAKE")]
     pub take: Option<PathBuf>,
 
-    /// The meshes' unit [default: the one in which the neutral has the size of a head].
-    #[arg(long, value_enum)]
-    pub unit: Option<UnitChoice>,
+    /// Shapes of glTF and USD files to take as examples, such as "mouth*,jawOpen" [default: all].
+    #[arg(long, value_name = "NAMES", value_delimiter = ',')]
+    pub shapes: Vec<String>,
+
+    /// The neutral's unit: mm, cm, m, in, or the metres in one unit [default: the one that its file states, else
+    /// the one in which it has the size of a head].
+    #[arg(long, value_name = "UNIT", value_parser = parse_mesh_unit)]
+    pub unit: Option<Units>,
 
     #[command(flatten)]
     pub json: Json,

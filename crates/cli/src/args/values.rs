@@ -6,6 +6,7 @@ use rhytid::BasisStorage;
 use rhytid::core::Method;
 use rhytid::formats::Reach;
 use rhytid::formats::export::{HeadMotion, OutputStage};
+use rhytid::formats::project::Units;
 use rhytid::playback::FrameRange;
 use serde::Deserialize;
 use std::str::FromStr;
@@ -131,6 +132,21 @@ impl UnitChoice {
             UnitChoice::Ft => 0.3048,
         }
     }
+}
+
+/// `--unit` of a mesh: a name as in a project file, or a number of metres.
+pub(super) fn parse_mesh_unit(text: &str) -> Result<Units, String> {
+    let number = || text.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite());
+    Ok(match text {
+        "m" => Units::Metres,
+        "cm" => Units::Centimetres,
+        "mm" => Units::Millimetres,
+        "in" => Units::Inches,
+        "ft" => Units::MetresPerUnit(0.3048),
+        _ => Units::MetresPerUnit(
+            number().ok_or("expected m, cm, mm, in, ft or a number above 0, the metres in one unit")?,
+        ),
+    })
 }
 
 /// `--skip`

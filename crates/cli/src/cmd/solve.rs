@@ -11,8 +11,9 @@ use rhytid::core::AtomicFile;
 use rhytid::core::human;
 use rhytid::core::rig_file;
 use rhytid::evaluate::Faded;
+use rhytid::formats::project::{self, ExampleSection};
 use rhytid::formats::take::{self, Missing};
-use rhytid::formats::{Reach, project, refuse_inputs};
+use rhytid::formats::{Reach, refuse_inputs};
 use rhytid::playback::{ExampleResiduals, example_residuals, rig_diff};
 use rhytid::solve::{
     Candidate, FoundEyeball, FreeMotion, FreePart, Report, Severity, SolveReport, TakenPrior,
@@ -321,10 +322,10 @@ pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result
     let (face, reading) = ui.timed("read", || inputs::face(path, reach, ui));
     let face = face?;
     let of_a_take = project.examples.iter().filter(|example| example.take.is_some());
-    let names: Vec<&str> = of_a_take.map(|example| example.name.as_str()).collect();
+    let names: Vec<String> = of_a_take.filter_map(ExampleSection::name_of_one).collect();
     let without = (!names.is_empty()).then(|| {
         let mut without = face.clone();
-        without.examples.retain(|example| !names.contains(&&*example.name));
+        without.examples.retain(|example| !names.contains(&example.name));
         without
     });
     let mut solved = solve_face(face, output, ui)?;
@@ -383,7 +384,7 @@ pub(super) fn solve_face(face: Face, output: &Path, ui: &Ui) -> Result<Solved> {
 /// solved for the comparison.
 fn what_is_sculpted(
     without: &Face,
-    names: &[&str],
+    names: &[String],
     rig: &Rig,
     path: &Path,
     frame: usize,

@@ -4,7 +4,7 @@ use super::load::existing;
 use super::sculpted;
 use super::sections::{ExampleSection, Project};
 use super::space::NeutralSpace;
-use crate::pattern::{is_pattern, matches};
+use crate::pattern::{fits, is_pattern};
 use rayon::prelude::*;
 use rhytid_core::text::{did_you_mean, quoted};
 use rhytid_core::{Error, Example, InputErrorKind, Mesh, Reach, Result, named_file};
@@ -137,7 +137,7 @@ pub(super) fn fitting(pattern: &Path, path: &Path) -> Vec<PathBuf> {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name();
         let is_mesh = mesh::Format::from_extension(Path::new(&name)).is_ok();
-        if is_mesh && matches(&wanted, &name.to_string_lossy()) {
+        if is_mesh && fits(&wanted, &name.to_string_lossy()) {
             found.push(within.join(name));
         }
     }
@@ -205,18 +205,16 @@ fn poses(
             };
             add(&mut positions, shape, weight);
         }
-        let name = section.name.clone().unwrap_or_else(|| section.shape.join("+"));
+        let name = section.name_of_one().unwrap_or_default();
         return Ok(vec![Pose { name, positions }]);
     }
     for wanted in &section.shapes {
-        if !shapes.iter().any(|shape| matches(wanted, &shape.name)) {
+        if !shapes.iter().any(|shape| fits(wanted, &shape.name)) {
             return Err(unknown_shape(section, "shapes", wanted, file, known(), path));
         }
     }
     let mut poses = Vec::new();
-    for shape in
-        shapes.iter().filter(|shape| section.shapes.iter().any(|wanted| matches(wanted, &shape.name)))
-    {
+    for shape in shapes.iter().filter(|shape| section.shapes.iter().any(|wanted| fits(wanted, &shape.name))) {
         if shape.moved.is_empty() {
             log::warn!(
                 "{}: the shape {} moves nothing, so it is left out",

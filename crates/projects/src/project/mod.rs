@@ -8,6 +8,7 @@ mod sculpted;
 mod sections;
 mod space;
 
+pub use crate::pattern::fits;
 pub use load::{files, load, load_without_handles};
 pub use parse::parse;
 pub use prior::prior_rig;

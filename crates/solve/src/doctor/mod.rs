@@ -10,6 +10,7 @@ mod unit;
 mod words;
 
 pub use finding::{Finding, Report, Severity};
+pub use space::{ExampleSpace, example_spaces};
 
 use crate::mirror::with_mirror_images;
 use rhytid_core::{Face, Result};

@@ -56,12 +56,39 @@ impl Space {
     const SAME: Self = Self { scale: 1.0, axes: Axes::SAME };
 }
 
+/// An example that is clearly in another space than the neutral.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExampleSpace {
+    /// The number of the example in the face.
+    pub example: usize,
+    /// What is other, as a phrase without its subject.
+    pub said: String,
+    /// The keys of a project's `[[example]]` that take it to the neutral's space, such as `unit = "m"`.
+    pub keys: Vec<String>,
+}
+
 pub(super) fn examples_in_another_space(face: &Face) -> Vec<Finding> {
-    let whole = |example: &&Example| example.positions.len() == face.neutral.positions.len();
-    let finite = |example: &&Example| example.positions.iter().flatten().all(|x| x.is_finite());
-    let examples = face.examples.par_iter().filter(whole).filter(finite);
-    let mut found: Vec<(&Example, Space)> =
-        examples.map(|example| (example, space(face, example))).filter(|(_, s)| *s != Space::SAME).collect();
+    let finding = |ExampleSpace { example, said, keys }: ExampleSpace| {
+        let (name, keys) = (&face.examples[example].name, keys.join(" and "));
+        error(
+            "example-in-another-space",
+            format!(
+                "example {name} {said}; export it from the same scene as the neutral, or write {keys} at its \
+                 [[example]]"
+            ),
+        )
+    };
+    example_spaces(face).into_iter().map(finding).collect()
+}
+
+/// The examples that are clearly in another space than the neutral: in another unit, with other axes or
+/// mirrored. Robust fits compare each with the neutral, vertex by vertex.
+pub fn example_spaces(face: &Face) -> Vec<ExampleSpace> {
+    let whole = |example: &Example| example.positions.len() == face.neutral.positions.len();
+    let finite = |example: &Example| example.positions.iter().flatten().all(|x| x.is_finite());
+    let examples = face.examples.par_iter().enumerate().filter(|(_, e)| whole(e) && finite(e));
+    let mut found: Vec<(usize, Space)> =
+        examples.map(|(i, example)| (i, space(face, example))).filter(|(_, s)| *s != Space::SAME).collect();
     // Scans of one scanner have one size, which several of them show better than one.
     let scales: Vec<f64> = found.iter().map(|(_, space)| space.scale).filter(|scale| *scale != 1.0).collect();
     if !scales.is_empty() {
@@ -69,10 +96,10 @@ pub(super) fn examples_in_another_space(face: &Face) -> Vec<Finding> {
         let is_typical = |scale: f64| (scale / typical - 1.0).abs() < UNIT_WITHIN;
         found.iter_mut().filter(|(_, s)| is_typical(s.scale)).for_each(|(_, s)| s.scale = rounded(typical));
     }
-    found.into_iter().map(|(example, space)| finding(face, &example.name, space)).collect()
+    found.into_iter().map(|(example, space)| in_words(face, example, space)).collect()
 }
 
-fn finding(face: &Face, name: &str, Space { scale, axes }: Space) -> Finding {
+fn in_words(face: &Face, example: usize, Space { scale, axes }: Space) -> ExampleSpace {
     let mut said = Vec::new();
     let mut keys = Vec::new();
     if scale != 1.0 {
@@ -106,14 +133,7 @@ fn finding(face: &Face, name: &str, Space { scale, axes }: Space) -> Finding {
     if axes != Axes::SAME {
         keys.push(format!("axes = \"{axes}\""));
     }
-    let (said, keys) = (said.join(" and "), keys.join(" and "));
-    error(
-        "example-in-another-space",
-        format!(
-            "example {name} {said}; export it from the same scene as the neutral, or write {keys} at its \
-             [[example]]"
-        ),
-    )
+    ExampleSpace { example, said: said.join(" and "), keys }
 }
 
 /// The space that an example is in, as far as it is clear.

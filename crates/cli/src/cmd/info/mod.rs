@@ -47,7 +47,7 @@ enum Content {
     RawTake(RawTakeInfo),
     Handles(HandlesInfo),
     Project(ProjectInfo),
-    Shapes(ShapesInfo),
+    Shapes(Box<ShapesInfo>),
     Markers(MarkersInfo),
     Setup(SetupInfo),
     Report(ReportInfo),
@@ -100,7 +100,7 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
             let rows = [row("handles", list(&handles.labels))].into_iter().chain(inside);
             ("handle table".to_owned(), rows.collect())
         }
-        Content::Shapes(file) => (format!("blend shapes of “{}”", file.name), file.rows()),
+        Content::Shapes(file) => (format!("mesh with shapes, “{}”", file.name), file.rows("mesh units")),
         Content::Markers(table) => {
             let pairs: Vec<String> =
                 table.markers.iter().map(|[handle, marker]| format!("{handle}={marker}")).collect();
@@ -119,15 +119,13 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
     Ok(match ending.as_str() {
         "usd" | "usda" | "usdc" | "usdz" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
-            Err(error) => match ShapesInfo::read(path) {
-                Ok(shapes) => Content::Shapes(shapes),
-                Err(_) => return Err(error),
-            },
+            // What is neither has the error of the animation that it may be meant as.
+            Err(error) => mesh_or_shapes(path).map_err(|_| error)?,
         },
         "glb" | "gltf" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or a damaged file, whose reader gives the better error.
-            Err(_) => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),
+            Err(_) => mesh_or_shapes(path)?,
         },
         "obj" | "ply" => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),
         "safetensors" => Content::Rig(RigInfo::from_rig(rig_file::read(path)?)),
@@ -163,6 +161,15 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
                 path.display()
             )));
         }
+    })
+}
+
+/// A mesh, with its shapes if it has some.
+fn mesh_or_shapes(path: &Path) -> Result<Content> {
+    let read = mesh::read_shapes(path)?;
+    Ok(match read.shapes.is_empty() {
+        true => Content::Mesh(Shape::from_mesh(&read.neutral)),
+        false => Content::Shapes(Box::new(ShapesInfo::new(path, &read))),
     })
 }
 

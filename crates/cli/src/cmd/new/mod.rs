@@ -1,0 +1,343 @@
+//! `rhytid new`
+
+mod find;
+mod text;
+mod unit;
+
+use crate::progress::Ui;
+use crate::{args, inputs, output};
+use find::{Alike, Found, LeftOut};
+use rhytid::capture::{HandleSettings, place_handles};
+use rhytid::core::{Handles, RawTake, SurfacePoint, UpAxis};
+use rhytid::formats::mesh::{self, Selection};
+use rhytid::formats::project::{self, Project};
+use rhytid::formats::{FileKind, Reach, named_file, raw_take, tables};
+use rhytid::solve::{ExampleSpace, Severity, Skin, examine, example_spaces};
+use rhytid::{Error, Face, InputErrorKind, Result};
+use serde::Serialize;
+use std::path::{Path, PathBuf};
+use text::Content;
+use unit::size;
+
+/// The number of handles without a take.
+const HANDLES: usize = 90;
+
+/// Writes a project file and its table of handles, and says what was decided and what comes next.
+///
+/// # Errors
+/// [`Error::Input`] if the folder already has a project, or from the files; [`Error::Io`].
+pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
+    let kinds = [FileKind::Mesh, FileKind::Gltf, FileKind::Usd];
+    inputs::expect(&args.neutral, &kinds, "rhytid new NEUTRAL.obj -o FOLDER")?;
+    let folder = args.output.as_deref().or(args.neutral.parent()).unwrap_or(Path::new(""));
+    let project = folder.join("face.toml");
+    let table = folder.join("markers.csv");
+    let picture = table.with_extension("png");
+    for file in [&project, &table, &picture] {
+        // A link counts too, even one that leads nowhere: what is written would land elsewhere.
+        if file.symlink_metadata().is_ok() {
+            return Err(Error::input(format!(
+                "{}: is there already; name another folder with -o",
+                file.display()
+            ))
+            .of_kind(InputErrorKind::WouldOverwrite { file: file.clone() }));
+        }
+    }
+    let with_shapes = mesh::has_shapes(&args.neutral);
+    let read = || mesh::read_file(&args.neutral, &Selection::default(), with_shapes);
+    let neutral = ui.timed("read the neutral", read).0?;
+    let Found { sections, left_out, alike } =
+        ui.timed("find examples", || find::examples(args, &neutral)).0?;
+    let unit = unit::unit(&neutral.neutral, neutral.space, None, args)?;
+    let mut content = Content {
+        folder,
+        neutral: &args.neutral,
+        units: unit.units,
+        up: neutral.space.up.unwrap_or_default(),
+        sections: &sections,
+        keys: vec![Vec::new(); sections.len()],
+    };
+    let Read { face, spaces } = ui.timed("read examples", || read_face(&mut content, &project)).0?;
+    let stated_up = neutral.space.up;
+    let mut placed = ui.timed("place handles", || find_handles(face, stated_up, args, ui)).0?;
+    if placed.face.up_axis != content.up {
+        // Examples that state their up axis stand otherwise to the neutral now.
+        content.up = placed.face.up_axis;
+        let face = read_face(&mut content, &project)?.face;
+        placed.face = Face { handles: placed.face.handles, ..face };
+    }
+    let Placed { face, take, distances } = placed;
+
+    // Everything is known before the first file is written.
+    let text = content.text();
+    let parsed = project::parse(&text, &project.display().to_string())?;
+    let elsewhere = if is_elsewhere(&parsed, &project) { " --allow-elsewhere" } else { "" };
+    if !folder.as_os_str().is_empty() {
+        std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
+    }
+    let distances: Option<Vec<f64>> =
+        distances.map(|distances| distances.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
+    let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
+    let write = || {
+        tables::write_handles(&table, &face.handles, distances.as_deref())?;
+        let is_drawn = super::handles::draw(&picture, &face, &doubtful, &[])?;
+        output::file(&project, text.as_bytes())?;
+        Ok(is_drawn)
+    };
+    let is_drawn = write().inspect_err(|_| {
+        // None of them was there before.
+        for file in [&project, &picture, &table] {
+            let _ = std::fs::remove_file(file);
+        }
+    })?;
+    let picture = is_drawn.then_some(picture);
+    ui.clear();
+    if let Some(warning) = &unit.warning {
+        ui.line(warning);
+    }
+    for finding in examine(&face).findings.iter().filter(|finding| finding.severity > Severity::Note) {
+        ui.line(&super::doctor::line(finding));
+    }
+    let said = Said {
+        folder,
+        elsewhere,
+        face: &face,
+        unit: text::unit_text(unit.units),
+        spaces: &spaces,
+        alike: &alike,
+        left_out: &left_out,
+        handles: handles_said(&face, take.as_deref(), distances.as_deref(), picture.as_deref()),
+        take: take.as_deref(),
+    };
+    let summary = Summary {
+        project: &project,
+        handles_table: &table,
+        picture: picture.as_deref(),
+        unit: said.unit.trim_matches('"'),
+        up: if face.up_axis == UpAxis::Y { "y" } else { "z" },
+        size_mm: size(&face.neutral, None).map(|length| length * face.metres_per_unit * 1e3),
+        examples: face.examples.iter().map(|example| &*example.name).collect(),
+        in_another_space: said.spaces.iter().map(|space| InAnotherSpace::new(space, &face)).collect(),
+        alike: &alike,
+        left_out: &left_out,
+        handles: face.handles.labels.len(),
+        take: take.as_deref(),
+        distances_mm: distances.as_deref(),
+    };
+    output::done(args.json, ui, &summary, || said.text())
+}
+
+/// What `--json` prints; docs/cli.md documents every key.
+#[derive(Serialize)]
+struct Summary<'a> {
+    project: &'a Path,
+    handles_table: &'a Path,
+    /// Null where no device can draw.
+    picture: Option<&'a Path>,
+    unit: &'a str,
+    up: &'static str,
+    size_mm: [f64; 3],
+    examples: Vec<&'a str>,
+    in_another_space: Vec<InAnotherSpace<'a>>,
+    alike: &'a [Alike],
+    left_out: &'a [LeftOut],
+    handles: usize,
+    /// Null without a take.
+    take: Option<&'a Path>,
+    distances_mm: Option<&'a [f64]>,
+}
+
+/// An example that was exported in another space.
+#[derive(Serialize)]
+struct InAnotherSpace<'a> {
+    example: &'a str,
+    said: &'a str,
+    keys: &'a [String],
+}
+
+impl<'a> InAnotherSpace<'a> {
+    fn new(space: &'a ExampleSpace, face: &'a Face) -> Self {
+        Self { example: &face.examples[space.example].name, said: &space.said, keys: &space.keys }
+    }
+}
+
+/// A face as its project has it.
+struct Read {
+    face: Face,
+    /// The examples in another space, which have keys now.
+    spaces: Vec<ExampleSpace>,
+}
+
+/// Reads the face as its project file will have it. Examples in another space get the keys that take them in.
+fn read_face(content: &mut Content<'_>, project: &Path) -> Result<Read> {
+    let name = project.display().to_string();
+    let read = |content: &Content<'_>| {
+        project::load_without_handles(&project::parse(&content.text(), &name)?, project, Reach::Anywhere)
+    };
+    let face = read(content)?;
+    let spaces = example_spaces(&face);
+    if spaces.is_empty() {
+        return Ok(Read { face, spaces });
+    }
+    for space in &spaces {
+        // Each section is one example.
+        content.keys[space.example].clone_from(&space.keys);
+    }
+    Ok(Read { face: read(content)?, spaces })
+}
+
+/// Whether a file of the project is not below its folder.
+fn is_elsewhere(parsed: &Project, project: &Path) -> bool {
+    let examples = parsed.examples.iter().map(|example| &example.mesh);
+    let mut files = [&parsed.mesh.neutral].into_iter().chain(examples);
+    files.any(|file| named_file(project, file, "", Reach::Below).is_err())
+}
+
+/// What is said of the handles.
+fn handles_said(
+    face: &Face,
+    take: Option<&Path>,
+    distances: Option<&[f64]>,
+    picture: Option<&Path>,
+) -> String {
+    let count = face.handles.labels.len();
+    let (Some(take), Some(distances)) = (take, distances) else {
+        return format!("{count}, spread over the face: no take was found");
+    };
+    let mut distances = distances.to_vec();
+    distances.sort_by(f64::total_cmp);
+    let median = distances.get(distances.len() / 2).copied().unwrap_or_default();
+    let look = picture.map_or_else(String::new, |path| format!("; look at {}", path.display()));
+    format!("{count}, from {}: {median:.1} mm from their markers (median){look}", take.display())
+}
+
+/// What is printed for people.
+struct Said<'a> {
+    folder: &'a Path,
+    /// The flag that the solve needs for files outside the project's folder, or empty.
+    elsewhere: &'a str,
+    face: &'a Face,
+    unit: String,
+    spaces: &'a [ExampleSpace],
+    alike: &'a [Alike],
+    left_out: &'a [LeftOut],
+    handles: String,
+    take: Option<&'a Path>,
+}
+
+impl Said<'_> {
+    /// The decisions and the next commands.
+    fn text(&self) -> String {
+        let Self { folder, elsewhere, face, .. } = self;
+        let row = |name: &str, value: String| [name.to_owned(), value];
+        let names: Vec<&str> = face.examples.iter().map(|example| &*example.name).collect();
+        let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+        let [width, y, z] = size(&face.neutral, None).map(|length| length * face.metres_per_unit * 100.0);
+        let (up, height, depth) = if face.up_axis == UpAxis::Y { ("Y", y, z) } else { ("Z", z, y) };
+        let unit = self.unit.trim_matches('"');
+        let size = format!(
+            "{unit}, {up} up: the neutral is {width:.0} cm wide, {height:.0} high and {depth:.0} deep"
+        );
+        let mut rows = vec![row("unit", size), row("examples", names)];
+        for ExampleSpace { example, said, keys } in self.spaces {
+            let name = &face.examples[*example].name;
+            rows.push(row("in another space", format!("{name} {said}: taken in by {}", keys.join(" and "))));
+        }
+        for Alike { examples: [a, b], likeness } in self.alike {
+            rows.push(row(
+                "alike",
+                format!("{a} and {b}, to {:.1} %: leave one of them out", likeness * 100.0),
+            ));
+        }
+        for LeftOut { file, shape, why } in self.left_out {
+            let shape = shape.as_ref().map_or_else(String::new, |shape| format!(", {shape}"));
+            rows.push(row("left out", format!("{}{shape}: {why}", file.display())));
+        }
+        rows.push(row("handles", self.handles.clone()));
+        let take = self.take.map_or_else(|| "TAKE.csv".to_owned(), output::word);
+        let [project, rig, usd] =
+            ["face.toml", "face.safetensors", "face.usd"].map(|name| output::word(&folder.join(name)));
+        let next = output::next(&[
+            format!("rhytid solve {project}{elsewhere}"),
+            format!("rhytid view {rig} {take}"),
+            format!("rhytid animate {rig} {take} -o {usd}"),
+        ]);
+        format!("{}: a project, made\n{}{next}", folder.join("face.toml").display(), output::table(&rows))
+    }
+}
+
+/// The takes in the neutral's folder, by name.
+fn takes_beside(neutral: &Path) -> Vec<PathBuf> {
+    let folder = neutral.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
+    files.sort();
+    files.retain(|path| matches!(FileKind::detect(path), Some(FileKind::RawTake | FileKind::Take)));
+    files
+}
+
+/// A face with its handles.
+struct Placed {
+    face: Face,
+    /// The take whose markers they are, if they are any.
+    take: Option<PathBuf>,
+    /// The distance of each handle from its marker, in mesh units.
+    distances: Option<Vec<f64>>,
+}
+
+/// Places the handles at the markers of a take: the one that was given, else the first beside the neutral
+/// whose markers fit the face. A warning names the tables that are passed over. Without a take, handles are
+/// spread over the face. `up` is the axis that points up, if the neutral's file states it.
+fn find_handles(face: Face, up: Option<UpAxis>, args: &args::New, ui: &Ui) -> Result<Placed> {
+    let by = |take: &Path, face: Face| {
+        let (face, distances) = placed(face, up, Some(&raw_take::read(take, None)?))?;
+        Ok(Placed { face, take: Some(take.to_owned()), distances })
+    };
+    if let Some(take) = &args.take {
+        return by(take, face);
+    }
+    for take in takes_beside(&args.neutral) {
+        match by(&take, face.clone()) {
+            Err(error @ Error::Input(_)) => ui.line(&format!(
+                "warning: {}: is passed over, since it is no take of this face ({error}); name a take with --take",
+                take.display()
+            )),
+            found => return found,
+        }
+    }
+    let (face, distances) = placed(face, up, None)?;
+    Ok(Placed { face, take: None, distances })
+}
+
+/// The face with its handles and its best up axis, and the distance of each handle from its marker.
+fn placed(mut face: Face, up: Option<UpAxis>, raw: Option<&RawTake>) -> Result<(Face, Option<Vec<f64>>)> {
+    let Some(raw) = raw else {
+        let skin = Skin::from_face(&face).or_else(|error| {
+            if up.is_some() {
+                return Err(error);
+            }
+            face.up_axis = UpAxis::Z;
+            Skin::from_face(&face)
+        })?;
+        let vertices = skin.spread(HANDLES, &[]);
+        let labels = skin.labels(&vertices);
+        face.handles = Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() };
+        return Ok((face, None));
+    };
+    // The right axis is the one in which the markers fit.
+    let mut with = |up_axis: UpAxis| {
+        face.up_axis = up_axis;
+        place_handles(&face, raw, &HandleSettings::default())
+    };
+    let (up_axis, found) = match up {
+        Some(up) => (up, with(up)?),
+        None => match (with(UpAxis::Y), with(UpAxis::Z)) {
+            (Ok(y), Ok(z)) if z.cost < 0.8 * y.cost => (UpAxis::Z, z),
+            (Err(_), Ok(z)) => (UpAxis::Z, z),
+            (y, _) => (UpAxis::Y, y?),
+        },
+    };
+    face.up_axis = up_axis;
+    face.handles = found.handles;
+    Ok((face, Some(found.distances)))
+}
