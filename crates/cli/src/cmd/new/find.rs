@@ -57,8 +57,10 @@ pub(super) fn examples(args: &args::New, neutral: &Shapes) -> Result<Found> {
             Ok(()) => {}
             Err(Error::Input(sentence)) => {
                 let sentence = sentence.to_string();
-                let named = format!("{}: ", file.display());
-                let why = sentence.strip_prefix(&named).unwrap_or(&sentence).to_owned();
+                let named = file.display().to_string();
+                let rest = sentence.strip_prefix(&named);
+                let why = rest.and_then(|rest| rest.strip_prefix(": ").or(rest.strip_prefix(", ")));
+                let why = why.unwrap_or(&sentence).to_owned();
                 found.left_out.push(LeftOut { file, shape: None, why });
             }
             Err(error) => return Err(error),
