@@ -2,7 +2,7 @@
 
 use super::check::check;
 use super::shapes::Shapes;
-use super::{gltf, obj, ply};
+use super::{gltf, obj, ply, recognise};
 use rhytid_core::{Error, Mesh, Result, input_file};
 use std::path::Path;
 
@@ -29,6 +29,9 @@ impl Format {
             "obj" => Ok(Self::Obj),
             "ply" => Ok(Self::Ply),
             "glb" | "gltf" => Ok(Self::Gltf),
+            other if let Some(said) = recognise::of_extension(other) => {
+                Err(Error::unsupported_format(format!("{}: {said}", path.display())))
+            }
             _ => Err(Error::unsupported_format(format!(
                 "{}: a mesh's file name must end in .obj, .ply, .glb or .gltf, found {}; export the mesh in \
                  one of these formats",
@@ -67,6 +70,7 @@ pub fn decode(bytes: &[u8], format: Format, name: &str) -> Result<Mesh> {
 
 /// `external` fetches what a glTF document refers to.
 fn decode_with(bytes: &[u8], format: Format, name: &str, external: gltf::External<'_>) -> Result<Mesh> {
+    recognise::expect(format, bytes, name)?;
     let mesh = match format {
         Format::Obj => obj::decode(bytes, name),
         Format::Ply => ply::decode(bytes, name),
@@ -78,6 +82,7 @@ fn decode_with(bytes: &[u8], format: Format, name: &str, external: gltf::Externa
 
 /// As [`decode_with`], for a glTF file with its shapes.
 pub(super) fn decode_shapes_with(bytes: &[u8], name: &str, external: gltf::External<'_>) -> Result<Shapes> {
+    recognise::expect(Format::Gltf, bytes, name)?;
     let shapes = gltf::decode_shapes(bytes, name, external)?;
     check(&shapes.neutral, name)?;
     for shape in &shapes.shapes {

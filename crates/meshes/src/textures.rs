@@ -1,6 +1,6 @@
 //! The images that a mesh's materials name.
 
-use super::{Format, gltf};
+use super::{Format, gltf, obj, recognise, text};
 use rhytid_core::{Error, Reach, Result, folder_of, input_file, named_file};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -67,6 +67,7 @@ struct OfMaterials {
 
 impl OfMaterials {
     fn add_mtl(&mut self, path: &Path, bytes: &[u8], reach: Reach) -> Result<()> {
+        recognise::expect_text(bytes, &path.display().to_string())?;
         let mut material = None;
         for (keyword, rest) in statements(bytes) {
             match (keyword.as_str(), &material) {
@@ -90,13 +91,12 @@ impl OfMaterials {
     }
 }
 
-/// The keyword of each line and what is behind it: names may have blanks in them.
+/// The keyword of each statement and what is behind it: names may have blanks in them.
 fn statements(bytes: &[u8]) -> impl Iterator<Item = (String, String)> {
-    bytes.split(|byte| *byte == b'\n').filter_map(|line| {
-        let line = String::from_utf8_lossy(line);
-        let line = line.split_once(" #").map_or(&*line, |(before, _comment)| before);
-        let (keyword, rest) = line.trim().split_once(char::is_whitespace)?;
-        Some((keyword.to_owned(), rest.trim().to_owned()))
+    obj::statements(bytes).filter_map(|statement| {
+        let keyword = text::name(obj::words(&statement.text).next()?);
+        let rest = text::name(obj::rest_of_line(&statement.text));
+        (!rest.is_empty()).then_some((keyword, rest))
     })
 }
 
