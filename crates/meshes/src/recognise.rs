@@ -83,7 +83,7 @@ pub(super) fn expect(format: Format, bytes: &[u8], name: &str) -> Result<()> {
             Some((is, extension)) => {
                 format!("{name}: is {is} by its first bytes, not {expected}; rename it to {extension}")
             }
-            None => format!("{name}: {}", found.sentence(expected)),
+            None => format!("{name}: {}", found.sentence()),
         })),
     }
 }
@@ -99,7 +99,7 @@ pub(super) fn expect_text(bytes: &[u8], name: &str) -> Result<()> {
             Some((is, _)) => {
                 format!("{name}: is {is} by its first bytes, not MTL; give the list of materials")
             }
-            None => format!("{name}: {}", found.sentence("MTL")),
+            None => format!("{name}: {}", found.sentence()),
         })),
     }
 }
@@ -130,12 +130,12 @@ impl What {
         })
     }
 
-    fn sentence(self, expected: &str) -> String {
+    fn sentence(self) -> String {
         let (is, cure) = match self {
             Self::Other(is, cure) => (is, cure),
             _ => ("is a list of materials (MTL)", "give the .obj beside it"),
         };
-        format!("{is} by its first bytes, not {expected}; {cure}")
+        format!("{is}; {cure}")
     }
 }
 
@@ -201,7 +201,7 @@ fn what(bytes: &[u8]) -> Option<What> {
         return Some(if is_package { What::Usdz } else { *what });
     }
     if !bytes.is_empty() && bytes.iter().all(|&byte| byte == 0) {
-        return Some(What::Other("has nothing but zeros, as a copy that failed,", "copy the file again"));
+        return Some(What::Other("has nothing but zeros, as of a copy that failed", "copy the file again"));
     }
     if is_utf_16(bytes) {
         return Some(What::Other("is UTF-16 text", UTF_8));
@@ -240,7 +240,7 @@ fn of_text(bytes: &[u8]) -> Option<What> {
         }
         b'<' if has(b"<collada") => return Some(What::Other("is a Collada file", WAY_OUT)),
         b'<' if has(b"<html") || has(b"<!doctype html") => {
-            return Some(What::Other("is an HTML page, as of a download that failed,", DOWNLOAD));
+            return Some(What::Other("is an HTML page, as of a download that failed", DOWNLOAD));
         }
         b'<' => return Some(What::Other("is XML text", OTHER)),
         _ => {}

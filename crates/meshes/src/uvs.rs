@@ -72,15 +72,19 @@ impl CornerUvs {
 /// Says once how many of `all` corners have no usable coordinate, and why.
 fn warn(name: &str, all: usize, [without, past, odd]: [usize; 3], has_some: bool) {
     let reasons = [
-        (without, "have no texture coordinate"),
-        (past, "name a texture coordinate that the file does not have"),
-        (odd, "have a texture coordinate that is not a number"),
+        (without, "without any"),
+        (past, "with one past the last of the file"),
+        (odd, "with one that is not a number"),
     ];
     let found = reasons.iter().filter(|(count, _)| *count > 0);
     let found: Vec<String> = found.map(|(count, what)| format!("{count} {what}")).collect();
     let fate = match has_some {
-        true => "these get 0 0 and the others keep theirs; unwrap those parts if an image is to cover them",
-        false => "so the mesh has no texture coordinates; export it with them if an image is to cover it",
+        true => "they get 0 0 and the others keep theirs; unwrap those parts if an image is to cover them",
+        false => "the mesh has no texture coordinates; export it with them if an image is to cover it",
     };
-    log::warn!("{name}: of {all} face corners, {}: {fate}", found.join(" and "));
+    log::warn!(
+        "{name}: {} of {all} face corners have no usable texture coordinates ({}), so {fate}",
+        without + past + odd,
+        found.join(", ")
+    );
 }

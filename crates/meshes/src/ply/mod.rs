@@ -5,7 +5,7 @@ mod header;
 mod values;
 
 use super::uvs::CornerUvs;
-use header::{Element, Header, Scalar};
+use header::{Element, Header, Property, Scalar};
 use rhytid_core::{Error, Mesh, Result};
 use values::Values;
 
@@ -58,13 +58,15 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Mesh> {
 
 /// Says which properties look like texture coordinates where none have a known name.
 fn warn_unknown_uvs(header: &Header, name: &str) {
-    let looks_like = |property: &&str| {
-        let lower = property.to_ascii_lowercase();
-        // `texnumber` and the like are indices of images.
-        ["uv", "texc", "tex_", "texture_"].iter().any(|part| lower.contains(part)) && !is_known(&lower)
+    let looks_like = |property: &&Property| {
+        let lower = property.name.to_ascii_lowercase();
+        let has_name =
+            ["uv", "tex"].iter().any(|begin| lower.starts_with(begin)) || lower.contains("texcoord");
+        // Whole numbers are the indices of images.
+        has_name && !is_known(&lower) && matches!(property.scalar, Scalar::F32 | Scalar::F64)
     };
     let properties = header.elements.iter().flat_map(|element| &element.properties);
-    let found: Vec<&str> = properties.map(|p| &*p.name).filter(looks_like).collect();
+    let found: Vec<&str> = properties.filter(looks_like).map(|property| &*property.name).collect();
     if !found.is_empty() {
         log::warn!(
             "{name}: has no texture coordinates under a known name, but {:?} may be some; rename them s and t \
