@@ -158,6 +158,17 @@ mod tests {
         let many = read_textures(&at("many.mtl"), Reach::Below).unwrap();
         assert_eq!(many.iter().map(|(name, _)| &**name).collect::<Vec<_>>(), ["a", "b", "c"]);
         assert!(Arc::ptr_eq(&many[0].1, &many[2].1));
+        // Names in an old encoding stay apart, and lines may end with CR.
+        std::fs::write(
+            at("gbk.mtl"),
+            b"newmtl \xba\xc3\rmap_Kd eye.jpg\rnewmtl \xc4\xe3\rmap_Kd \\ \r eye.jpg\r",
+        )
+        .unwrap();
+        let found = read_textures(&at("gbk.mtl"), Reach::Below).unwrap();
+        assert_eq!(found.iter().map(|(name, _)| &**name).collect::<Vec<_>>(), ["%BA%C3", "%C4%E3"]);
+        std::fs::write(at("wide.mtl"), b"\xff\xfen\0e\0w\0").unwrap();
+        let refused = read_textures(&at("wide.mtl"), Reach::Below).unwrap_err().to_string();
+        assert!(refused.ends_with("wide.mtl: is UTF-16 text; save it as UTF-8"), "{refused}");
         std::fs::write(at("out.mtl"), "newmtl a\nmap_Kd ../secret.png\n").unwrap();
         let refused = read_textures(&at("out.mtl"), Reach::Below).unwrap_err().to_string();
         assert!(refused.contains("map_Kd names ../secret.png"), "{refused}");

@@ -166,7 +166,7 @@ fn blanks_may_follow_a_backslash_and_comments_never_continue() {
     assert_eq!(polygons(&mesh), [vec![0, 1, 2, 3], vec![0, 1, 2], vec![0, 2, 3]]);
 }
 
-/// Blender 5.0 and trimesh 4 agree on them.
+/// As Blender 5.0 and trimesh 5.2 read it.
 #[test]
 fn a_name_that_ends_in_a_backslash_takes_the_next_line() {
     for keyword in ["o", "g", "mtllib"] {
