@@ -379,17 +379,16 @@ mod tests {
         let files = tiled.files(&folder.path().join("a.masks.png"));
         let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
         assert_eq!(names, ["a.masks.1002.png", "a.masks.1021.png"]);
-        // A part without texture coordinates is in no tile.
-        let rig = changed(&rig, |r| {
-            let faces = &r.surface.faces.indices;
-            let mut corners = faces.clone();
-            corners[..4].fill(r.surface.uvs.as_ref().unwrap().values.len() as u32);
+        // A part without texture coordinates, here the first triangle, is in no tile.
+        let partly = changed(&rig, |r| {
+            let mut corners = r.surface.faces.indices.clone();
             let uvs = r.surface.uvs.as_mut().unwrap();
+            corners[..3].fill(uvs.values.len() as u32);
             uvs.values.push([0.0, 0.0]);
             uvs.corners = Some(corners);
         })
         .unwrap();
-        let partly = WrinkleMasks::new(&rig, masks.channels.clone(), &wrinkles, 32).unwrap();
+        let partly = WrinkleMasks::new(&partly, masks.channels.clone(), &wrinkles, 32).unwrap();
         assert_eq!(partly.files(&folder.path().join("a.masks.png")), files);
         let ones = vec![1.0; rig.vertices()];
         let frame = tiled
