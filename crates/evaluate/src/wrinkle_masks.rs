@@ -176,6 +176,10 @@ impl Texels {
         let mut tiles: BTreeMap<u32, Self> = BTreeMap::new();
         for triangle in without.into_iter().chain(with) {
             let uvs = corners[triangle].map(at);
+            // Parts without texture coordinates have their corners in one place, and no tile.
+            if uvs.iter().all(|uv| *uv == uvs[0]) {
+                continue;
+            }
             // A triangle is assigned by its middle, because corners may be on borders.
             let [u, v] = [0, 1].map(|c| (uvs.iter().map(|uv| uv[c]).sum::<f32>() / 3.0).floor());
             if !((0.0..10.0).contains(&u) && (0.0..100.0).contains(&v)) {
@@ -375,6 +379,17 @@ mod tests {
         let files = tiled.files(&folder.path().join("a.masks.png"));
         let names: Vec<_> = files.iter().map(|file| file.file_name().unwrap().to_str().unwrap()).collect();
         assert_eq!(names, ["a.masks.1002.png", "a.masks.1021.png"]);
+        // A part without texture coordinates, here the first triangle, is in no tile.
+        let partly = changed(&rig, |r| {
+            let mut corners = r.surface.faces.indices.clone();
+            let uvs = r.surface.uvs.as_mut().unwrap();
+            corners[..3].fill(uvs.values.len() as u32);
+            uvs.values.push([0.0, 0.0]);
+            uvs.corners = Some(corners);
+        })
+        .unwrap();
+        let partly = WrinkleMasks::new(&partly, masks.channels.clone(), &wrinkles, 32).unwrap();
+        assert_eq!(partly.files(&folder.path().join("a.masks.png")), files);
         let ones = vec![1.0; rig.vertices()];
         let frame = tiled
             .channels

@@ -22,7 +22,8 @@ impl DisplacementMap {
 
     /// Moves a mesh's vertices, by `full` mesh units where the map is white. A vertex with several texture
     /// coordinates takes the mean of the map at them. Pixel centres have the values, and between them the map
-    /// is linear. Vertices beyond the image stay, because other tiles (UDIM) move them.
+    /// is linear. Vertices beyond the image stay, because other tiles (UDIM) move them. So do faces whose corners
+    /// have one texture coordinate, as parts without any.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the mesh has no texture coordinates.
@@ -37,10 +38,14 @@ impl DisplacementMap {
             let corner = |i: usize| {
                 (DVec3::from_array(mesh.positions[face[i] as usize]), corner_uv(first + i, face[i]))
             };
+            // Parts without texture coordinates have their corners in one place.
+            let is_placed = (1..face.len()).any(|i| corner(i).1 != corner(0).1);
             for (i, &vertex) in face.iter().enumerate() {
                 let (sum, count) = &mut values[vertex as usize];
-                *sum += self.at(corner(i).1);
-                *count += 1.0;
+                if is_placed {
+                    *sum += self.at(corner(i).1);
+                    *count += 1.0;
+                }
             }
             for i in 1..face.len().saturating_sub(1) {
                 let [(a, p), (b, q), (c, r)] = [0, i, i + 1].map(corner);
@@ -131,6 +136,19 @@ mod tests {
         DisplacementMap::read(&path).unwrap().displace(&mut mesh, 1.0).unwrap();
         let heights: Vec<f64> = mesh.positions.iter().map(|x| x[2]).collect();
         assert_eq!(heights, [1.0, 0.0, 0.0, 1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn parts_without_texture_coordinates_stay() {
+        let path = png(png::ColorType::Grayscale, png::BitDepth::Eight, [1, 1], &[255]);
+        let mut mesh = square();
+        // The second quad has none. The two vertices between take the map of the first.
+        let uvs = mesh.uvs.as_mut().unwrap();
+        uvs.values.push([0.0, 0.0]);
+        uvs.corners = Some(vec![0, 1, 4, 3, 6, 6, 6, 6]);
+        DisplacementMap::read(&path).unwrap().displace(&mut mesh, 1.0).unwrap();
+        let heights: Vec<f64> = mesh.positions.iter().map(|x| x[2]).collect();
+        assert_eq!(heights, [1.0, 1.0, 0.0, 1.0, 1.0, 0.0]);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use super::like::like;
 use super::obj;
 use super::read::{Format, decode};
+use super::text;
 use rhytid_core::{Error, InputErrorKind, Mesh, Result, input_file};
 use std::collections::HashMap;
 use std::path::Path;
@@ -28,15 +29,14 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     let mut known: HashMap<String, usize> = HashMap::new();
     // The groups of the next face, and the faces. Each face has a statement of its own.
     let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), mesh.faces.iter());
-    for statement in obj::statements(&bytes) {
-        let text = String::from_utf8_lossy(&statement);
-        let mut words = text.split_whitespace();
+    for obj::Statement { text, .. } in obj::statements(&bytes) {
+        let mut words = obj::words(&text);
         match words.next() {
-            Some("g") => {
+            Some(b"g") => {
                 current.clear();
-                for name in words.filter(|name| *name != "default") {
-                    let group = *known.entry(name.to_owned()).or_insert_with(|| {
-                        groups.push((name.to_owned(), Vec::new()));
+                for name in words.map(text::name).filter(|name| name != "default") {
+                    let group = *known.entry(name).or_insert_with_key(|name| {
+                        groups.push((name.clone(), Vec::new()));
                         groups.len() - 1
                     });
                     current.push(group);
@@ -48,7 +48,7 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
                     )));
                 }
             }
-            Some("f" | "fo") => {
+            _ if obj::is_face(&text) => {
                 let face = faces.next().unwrap_or_default();
                 current.iter().for_each(|&group| groups[group].1.extend(face));
             }

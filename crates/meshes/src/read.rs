@@ -2,7 +2,7 @@
 
 use super::check::check;
 use super::shapes::{Shapes, Space};
-use super::{gltf, obj, ply, usd};
+use super::{gltf, obj, ply, recognise, usd};
 use rhytid_core::{Error, Mesh, Result, input_file};
 use std::path::Path;
 
@@ -32,6 +32,9 @@ impl Format {
             "ply" => Ok(Self::Ply),
             "glb" | "gltf" => Ok(Self::Gltf),
             "usd" | "usda" | "usdc" | "usdz" => Ok(Self::Usd),
+            other if let Some(said) = recognise::of_extension(other) => {
+                Err(Error::unsupported_format(format!("{}: {said}", path.display())))
+            }
             _ => Err(Error::unsupported_format(format!(
                 "{}: a mesh's file name must end in .obj, .ply, .glb, .gltf or .usd, found {}; export the mesh in \
                  one of these formats",
@@ -119,6 +122,7 @@ struct Source<'a> {
 impl Source<'_> {
     fn decode(&self, bytes: Vec<u8>, format: Format) -> Result<Shapes> {
         let name = self.name;
+        recognise::expect(format, &bytes, name)?;
         let alone = |neutral| Shapes { neutral, shapes: Vec::new(), space: Space::default() };
         let mut read = match format {
             Format::Obj => obj::decode(&bytes, name).map(alone),

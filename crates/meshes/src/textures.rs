@@ -1,6 +1,6 @@
 //! The images that a mesh's materials name.
 
-use super::{Format, gltf};
+use super::{Format, gltf, obj, recognise, text};
 use rhytid_core::{Error, Reach, Result, folder_of, input_file, named_file};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -67,6 +67,7 @@ struct OfMaterials {
 
 impl OfMaterials {
     fn add_mtl(&mut self, path: &Path, bytes: &[u8], reach: Reach) -> Result<()> {
+        recognise::expect_text(bytes, &path.display().to_string())?;
         let mut material = None;
         for (keyword, rest) in statements(bytes) {
             match (keyword.as_str(), &material) {
@@ -90,13 +91,12 @@ impl OfMaterials {
     }
 }
 
-/// The keyword of each line and what is behind it: names may have blanks in them.
+/// The keyword of each statement and what is behind it: names may have blanks in them.
 fn statements(bytes: &[u8]) -> impl Iterator<Item = (String, String)> {
-    bytes.split(|byte| *byte == b'\n').filter_map(|line| {
-        let line = String::from_utf8_lossy(line);
-        let line = line.split_once(" #").map_or(&*line, |(before, _comment)| before);
-        let (keyword, rest) = line.trim().split_once(char::is_whitespace)?;
-        Some((keyword.to_owned(), rest.trim().to_owned()))
+    obj::statements(bytes).filter_map(|statement| {
+        let keyword = text::name(obj::words(&statement.text).next()?);
+        let rest = text::name(obj::rest_of_line(&statement.text));
+        (!rest.is_empty()).then_some((keyword, rest))
     })
 }
 
@@ -158,6 +158,17 @@ mod tests {
         let many = read_textures(&at("many.mtl"), Reach::Below).unwrap();
         assert_eq!(many.iter().map(|(name, _)| &**name).collect::<Vec<_>>(), ["a", "b", "c"]);
         assert!(Arc::ptr_eq(&many[0].1, &many[2].1));
+        // Names in an old encoding stay apart, and lines may end with CR.
+        std::fs::write(
+            at("gbk.mtl"),
+            b"newmtl \xba\xc3\rmap_Kd eye.jpg\rnewmtl \xc4\xe3\rmap_Kd \\ \r eye.jpg\r",
+        )
+        .unwrap();
+        let found = read_textures(&at("gbk.mtl"), Reach::Below).unwrap();
+        assert_eq!(found.iter().map(|(name, _)| &**name).collect::<Vec<_>>(), ["%BA%C3", "%C4%E3"]);
+        std::fs::write(at("wide.mtl"), b"\xff\xfen\0e\0w\0").unwrap();
+        let refused = read_textures(&at("wide.mtl"), Reach::Below).unwrap_err().to_string();
+        assert!(refused.ends_with("wide.mtl: is UTF-16 text; save it as UTF-8"), "{refused}");
         std::fs::write(at("out.mtl"), "newmtl a\nmap_Kd ../secret.png\n").unwrap();
         let refused = read_textures(&at("out.mtl"), Reach::Below).unwrap_err().to_string();
         assert!(refused.contains("map_Kd names ../secret.png"), "{refused}");

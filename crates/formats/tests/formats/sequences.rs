@@ -206,6 +206,21 @@ fn groups_are_those_of_the_faces() {
     // The order of the faces does not matter.
     let found = read(format!("g a\n{second}\ng b\n{first}\n")).unwrap();
     assert_eq!(found, [named("a", &[0, 2, 3]), named("b", &[0, 1, 2])]);
+    // Faces of two corners are left out, and groups stay with their faces.
+    let found = read(format!("g a\nf 1 2\n{first}\ng b # c\nf 3\n{second}\n")).unwrap();
+    assert_eq!(found, [named("a", &[0, 1, 2]), named("b", &[0, 2, 3])]);
+    // Names in an old encoding stay apart.
+    let text = [
+        format!("{vertices}g ").as_bytes(),
+        b"\xba\xc3",
+        format!("\r{first}\rg ").as_bytes(),
+        b"\xc4\xe3",
+        format!("\r{second}").as_bytes(),
+    ]
+    .concat();
+    std::fs::write(at("gbk.obj"), text).unwrap();
+    let found = read_groups(&square(), Path::new("neutral.obj"), &at("gbk.obj")).unwrap();
+    assert_eq!(found, [named("%BA%C3", &[0, 1, 2]), named("%C4%E3", &[0, 2, 3])]);
     let said = read(format!("g a\nf 1 2 4\n{second}\n")).unwrap_err().to_string();
     assert!(said.contains("face 1 joins the vertices 0 1 3"), "{said}");
     let said = read_groups(&square(), Path::new("neutral.obj"), &at("groups.ply")).unwrap_err().to_string();

@@ -2,7 +2,7 @@
 
 use super::super::materials::Assigned;
 use super::super::shapes::{Shapes, Space};
-use super::super::uvs::{uvs_from_corners, warn_partial_uvs};
+use super::super::uvs::CornerUvs;
 use super::accessor::Accessors;
 use super::buffers::Buffers;
 use super::targets::{self, Targets};
@@ -21,9 +21,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str, with_shapes: bool
     let mut reader = Reader {
         accessors: Accessors { root, buffers, name },
         mesh: Mesh::default(),
-        uvs: Vec::new(),
-        uv_corners: Vec::new(),
-        corners_without_uv: 0,
+        uvs: CornerUvs::default(),
         corners_read: 0,
         materials: Assigned::default(),
         skipped: 0,
@@ -67,10 +65,7 @@ fn placed_nodes<'a>(root: &'a Root, name: &str) -> Result<Vec<(&'a Node, DMat4)>
 struct Reader<'a> {
     accessors: Accessors<'a>,
     mesh: Mesh,
-    uvs: Vec<[f32; 2]>,
-    /// As long as every corner so far has one.
-    uv_corners: Vec<u32>,
-    corners_without_uv: usize,
+    uvs: CornerUvs,
     /// Corners of all primitives so far.
     corners_read: usize,
     materials: Assigned,
@@ -176,12 +171,10 @@ impl Reader<'_> {
         )?;
 
         match attribute(Semantic::TexCoords(0)) {
-            None => self.corners_without_uv += corners.len(),
+            None => self.uvs.push_none(corners.len()),
             Some(uv) => {
                 let first_uv = self.uvs(position, uv, count, begin, place)?;
-                if self.corners_without_uv == 0 {
-                    self.uv_corners.extend(corners.iter().map(|&c| first_uv + c));
-                }
+                corners.iter().for_each(|&c| self.uvs.push(first_uv + c));
             }
         }
         for corner in corners.chunks_exact(3) {
@@ -226,9 +219,9 @@ impl Reader<'_> {
             ));
         }
         let uvs = self.accessors.vectors::<2>(uv)?;
-        self.within_reason(self.uvs.len() + uvs.len(), 0)?;
-        let first = self.uvs.len() as u32;
-        self.uvs.extend(uvs.into_iter().map(|[u, v]| [u as f32, (1.0 - v) as f32]));
+        self.within_reason(self.uvs.values.len() + uvs.len(), 0)?;
+        let first = self.uvs.values.len() as u32;
+        self.uvs.values.extend(uvs.into_iter().map(|[u, v]| [u as f32, (1.0 - v) as f32]));
         begin.uvs.insert((position, uv), first);
         Ok(first)
     }
@@ -252,14 +245,7 @@ impl Reader<'_> {
         if self.skipped > 0 {
             log::warn!("{name}: {} primitives of points or lines were skipped", self.skipped);
         }
-        let corners = self.mesh.faces.indices.len();
-        if self.corners_without_uv == 0 && corners > 0 {
-            let vertices = self.mesh.positions.len();
-            let uvs = uvs_from_corners(self.uvs, self.uv_corners, vertices, &self.mesh.faces.indices);
-            self.mesh.uvs = Some(uvs);
-        } else if self.corners_without_uv < corners {
-            warn_partial_uvs(name, self.corners_without_uv, corners);
-        }
+        self.uvs.finish(&mut self.mesh, name);
         self.mesh.materials = self.materials.finish();
         let shapes = self.targets.map(Targets::finish).unwrap_or_default();
         let space = Space { metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };

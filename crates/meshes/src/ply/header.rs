@@ -81,11 +81,12 @@ impl Header {
     pub(super) fn parse(file: &[u8], name: &str) -> Result<Self> {
         let mut statements = Statements::default();
         let (mut bytes, mut lines) = (0, 0);
+        let mut ends_with_return = false;
         loop {
             let rest = file.get(bytes..).unwrap_or_default();
-            let end = rest.iter().position(|&b| b == b'\n');
+            let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
             let line = rest[..end.unwrap_or(rest.len())].trim_ascii();
-            if lines == 0 && line != b"ply" {
+            if lines == 0 && line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) != b"ply" {
                 return Err(Error::unsupported_format(format!(
                     "{name}: does not begin with a line \"ply\", so it is not a PLY file; check its extension"
                 )));
@@ -96,13 +97,19 @@ impl Header {
                      file is cut short"
                 )));
             };
-            bytes += end + 1;
+            let is_return = rest[end] == b'\r';
+            let is_pair = is_return && rest.get(end + 1) == Some(&b'\n');
+            if lines == 0 {
+                ends_with_return = is_return && !is_pair;
+            }
+            // Behind a header whose lines end with CR alone, a binary file may begin with the byte of LF.
+            bytes += if is_pair && !ends_with_return { end + 2 } else { end + 1 };
             lines += 1;
             // Comments may be in any encoding; all else is ASCII.
             let text = String::from_utf8_lossy(line);
             let words: Vec<&str> = text.split_ascii_whitespace().collect();
             match words.as_slice() {
-                ["ply"] if lines == 1 => {}
+                _ if lines == 1 => {}
                 ["end_header"] => break,
                 words => statements.add(words).map_err(|expected| {
                     let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();

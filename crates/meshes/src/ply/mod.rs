@@ -4,8 +4,8 @@
 mod header;
 mod values;
 
-use super::uvs::{uvs_from_corners, warn_partial_uvs};
-use header::{Element, Header, Scalar};
+use super::uvs::CornerUvs;
+use header::{Element, Header, Property, Scalar};
 use rhytid_core::{Error, Mesh, Result};
 use values::Values;
 
@@ -43,14 +43,56 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Mesh> {
             _ => skip(&mut values, element)?,
         }
     }
-    mesh.uvs = corner_uvs
-        .map(|uvs: Vec<[f32; 2]>| {
-            // One entry per corner; there are no more corners than `indices` has entries.
-            let corners = (0..uvs.len() as u32).collect();
-            uvs_from_corners(uvs, corners, mesh.positions.len(), &mesh.faces.indices)
-        })
-        .or_else(|| vertex_uvs.map(|values| rhytid_core::Uvs { values, corners: None }));
+    values.say_surplus();
+    match (corner_uvs, vertex_uvs) {
+        (Some(uvs), _) => uvs.finish(&mut mesh, name),
+        (None, Some(of_vertices)) => {
+            let mut uvs = CornerUvs::new(of_vertices);
+            mesh.faces.indices.iter().for_each(|&v| uvs.push(v));
+            uvs.finish(&mut mesh, name);
+        }
+        (None, None) => warn_unknown_uvs(&header, name),
+    }
     Ok(mesh)
+}
+
+/// Says which properties look like texture coordinates where none have a known name.
+fn warn_unknown_uvs(header: &Header, name: &str) {
+    let looks_like = |property: &&Property| {
+        let lower = property.name.to_ascii_lowercase();
+        let has_name =
+            ["uv", "tex"].iter().any(|begin| lower.starts_with(begin)) || lower.contains("texcoord");
+        // Whole numbers are the indices of images.
+        has_name && !is_known(&lower) && matches!(property.scalar, Scalar::F32 | Scalar::F64)
+    };
+    let properties = header.elements.iter().flat_map(|element| &element.properties);
+    let found: Vec<&str> = properties.filter(looks_like).map(|property| &*property.name).collect();
+    if !found.is_empty() {
+        log::warn!(
+            "{name}: has no texture coordinates under a known name, but {:?} may be some; rename them s and t \
+             (of vertices) or texcoord (a list of faces) in the header",
+            &found[..found.len().min(5)]
+        );
+    }
+}
+
+/// Names of the two texture coordinates of a vertex, as programs write them.
+const UVS_OF_VERTICES: [[&str; 2]; 8] = [
+    ["u", "v"],
+    ["s", "t"],
+    ["texture_u", "texture_v"],
+    ["texture_s", "texture_t"],
+    ["tu", "tv"],
+    ["texcoord_u", "texcoord_v"],
+    ["texcoord_s", "texcoord_t"],
+    ["tex_u", "tex_v"],
+];
+
+/// Names of a face's list of texture coordinates, two for each corner.
+const UVS_OF_FACES: [&str; 5] = ["texcoord", "texcoords", "t", "uv", "st"];
+
+fn is_known(name: &str) -> bool {
+    UVS_OF_FACES.contains(&name) || UVS_OF_VERTICES.as_flattened().contains(&name)
 }
 
 /// Texture coordinates per vertex, if the vertices have any.
@@ -59,13 +101,14 @@ fn read_vertices(
     element: &Element,
     mesh: &mut Mesh,
 ) -> Result<Option<Vec<[f32; 2]>>> {
-    let scalar = |wanted: &str| element.properties.iter().position(|p| p.name == wanted && p.list.is_none());
+    let scalar = |wanted: &str| {
+        let mut properties = element.properties.iter();
+        properties.position(|p| p.name.eq_ignore_ascii_case(wanted) && p.list.is_none())
+    };
     let (Some(x), Some(y), Some(z)) = (scalar("x"), scalar("y"), scalar("z")) else {
         return values.fail("the element vertex lacks a property x, y or z; export the mesh again".into());
     };
-    let uv = [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]]
-        .iter()
-        .find_map(|[u, v]| scalar(u).zip(scalar(v)));
+    let uv = UVS_OF_VERTICES.iter().find_map(|[u, v]| scalar(u).zip(scalar(v)));
     let mut uvs = uv.map(|_| Vec::new());
     let mut row = vec![0.0; element.properties.len()];
     for i in 0..element.count {
@@ -76,7 +119,7 @@ fn read_vertices(
                 None => *value = values.number(property.scalar)?,
             }
         }
-        values.end()?;
+        values.end();
         mesh.positions.push([row[x], row[y], row[z]]);
         if let (Some(uvs), Some((u, v))) = (&mut uvs, uv) {
             uvs.push([row[u] as f32, row[v] as f32]);
@@ -85,22 +128,27 @@ fn read_vertices(
     Ok(uvs)
 }
 
-/// Texture coordinates per corner, if every face has them.
+/// Texture coordinates per corner, if some face has them.
 fn read_faces(
     values: &mut Values<'_>,
     element: &Element,
     vertices: u64,
     mesh: &mut Mesh,
-) -> Result<Option<Vec<[f32; 2]>>> {
-    let list = |wanted: &str| element.properties.iter().position(|p| p.name == wanted && p.list.is_some());
+) -> Result<Option<CornerUvs>> {
+    let list = |wanted: &str| {
+        let mut properties = element.properties.iter();
+        properties.position(|p| p.name.eq_ignore_ascii_case(wanted) && p.list.is_some())
+    };
     let Some(indices) = list("vertex_indices").or_else(|| list("vertex_index")) else {
         return values.fail(
             "the element face lacks the list vertex_indices (or vertex_index); export the mesh again".into(),
         );
     };
-    let texcoord = list("texcoord");
-    let mut uvs: Vec<[f32; 2]> = Vec::new();
-    let mut corners_without = 0;
+    let texcoord = UVS_OF_FACES.iter().find_map(|name| list(name));
+    let mut uvs = CornerUvs::default();
+    let mut short_faces = 0_u64;
+    let mut first_short = String::new();
+    let mut wrong_lists = 0_u64;
     let (mut face, mut uv) = (Vec::new(), Vec::new());
     for i in 0..element.count {
         values.begin(element, i)?;
@@ -115,13 +163,13 @@ fn read_faces(
                 }
             }
         }
-        values.end()?;
+        values.end();
         if face.len() < 3 {
-            return values.fail(format!(
-                "{} has {} corners, expected at least 3",
-                values.place(),
-                face.len()
-            ));
+            if short_faces == 0 {
+                first_short = values.place();
+            }
+            short_faces += 1;
+            continue;
         }
         for &index in &face {
             // Both bounds also refuse NaN; the cast below is exact.
@@ -136,24 +184,30 @@ fn read_faces(
             mesh.faces.indices.push(index as u32);
         }
         mesh.faces.counts.push(face.len() as u32);
-        if uv.is_empty() {
-            corners_without += face.len();
-        } else if uv.len() == face.len() * 2 {
-            uvs.extend(uv.chunks_exact(2).map(|c| [c[0] as f32, c[1] as f32]));
+        if uv.len() == face.len() * 2 {
+            for pair in uv.chunks_exact(2) {
+                uvs.push(uvs.values.len() as u32);
+                uvs.values.push([pair[0] as f32, pair[1] as f32]);
+            }
         } else {
-            return values.fail(format!(
-                "{} has {} texture numbers for its {} corners, expected {}",
-                values.place(),
-                uv.len(),
-                face.len(),
-                face.len() * 2
-            ));
+            wrong_lists += u64::from(!uv.is_empty());
+            uvs.push_none(face.len());
         }
     }
-    if !uvs.is_empty() && corners_without > 0 {
-        warn_partial_uvs(values.name, corners_without, mesh.faces.indices.len());
+    if short_faces > 0 {
+        log::warn!(
+            "{}: {short_faces} faces have fewer than 3 corners and were left out, the first is {first_short}",
+            values.name
+        );
     }
-    Ok((corners_without == 0 && !uvs.is_empty()).then_some(uvs))
+    if wrong_lists > 0 {
+        log::warn!(
+            "{}: {wrong_lists} faces have texture coordinates that are not two numbers for each corner, so their \
+             corners have none; export the mesh again",
+            values.name
+        );
+    }
+    Ok((!uvs.values.is_empty()).then_some(uvs))
 }
 
 fn skip(values: &mut Values<'_>, element: &Element) -> Result<()> {
@@ -169,7 +223,7 @@ fn skip(values: &mut Values<'_>, element: &Element) -> Result<()> {
                 }
             }
         }
-        values.end()?;
+        values.end();
     }
     Ok(())
 }
@@ -198,8 +252,9 @@ pub(super) fn scalars(bytes: &[u8], name: &str) -> Result<Vec<(String, Vec<f64>)
                     }
                 }
             }
-            values.end()?;
+            values.end();
         }
+        values.say_surplus();
         return Ok(found);
     }
     values.fail("has no element vertex, expected vertices".into())

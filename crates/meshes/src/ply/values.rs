@@ -1,5 +1,6 @@
 //! The values of a PLY file, in its three encodings.
 
+use super::super::text::{is_not_finite, not_a_number, number};
 use super::header::{Element, Encoding, Header, Scalar};
 use rhytid_core::{Error, InputErrorKind, Result};
 
@@ -17,6 +18,17 @@ pub(super) struct Values<'a> {
     element: String,
     index: u64,
     count: u64,
+    surplus: Surplus,
+}
+
+/// Lines of an ASCII file with more numbers than the header announces.
+#[derive(Default)]
+struct Surplus {
+    count: u64,
+    /// The number of the first one.
+    line: usize,
+    /// The first one's element.
+    place: String,
 }
 
 impl<'a> Values<'a> {
@@ -33,6 +45,7 @@ impl<'a> Values<'a> {
             element: String::new(),
             index: 0,
             count: 0,
+            surplus: Surplus::default(),
         }
     }
 
@@ -47,23 +60,40 @@ impl<'a> Values<'a> {
             if self.following.is_empty() {
                 return Err(self.cut_short());
             }
-            let end = self.following.iter().position(|&b| b == b'\n').unwrap_or(self.following.len());
-            self.rest = self.following[..end].trim_ascii();
-            self.following = self.following.get(end + 1..).unwrap_or_default();
+            let is_end = |b: &u8| matches!(b, b'\n' | b'\r');
+            let end = self.following.iter().position(is_end).unwrap_or(self.following.len());
+            let (line, after) = self.following.split_at(end);
+            self.rest = line.trim_ascii();
+            let length = if after.starts_with(b"\r\n") { 2 } else { 1 };
+            self.following = after.get(length..).unwrap_or_default();
             self.line += 1;
         }
         Ok(())
     }
 
-    /// ASCII: fails if the line holds more than was asked for.
-    pub(super) fn end(&mut self) -> Result<()> {
+    /// Ends the element. ASCII: what the line holds beyond it is skipped and counted, because programs write
+    /// colours of corners there which the header does not announce.
+    pub(super) fn end(&mut self) {
         if self.encoding == Encoding::Ascii && !self.rest.is_empty() {
-            return self.fail(format!(
-                "{} has more numbers than the header announces; the header or the line is wrong",
-                self.place()
-            ));
+            if self.surplus.count == 0 {
+                (self.surplus.line, self.surplus.place) = (self.line, self.place());
+            }
+            self.surplus.count += 1;
+            self.rest = &[];
         }
-        Ok(())
+    }
+
+    /// Logs a warning where lines had more numbers than the header announces.
+    pub(super) fn say_surplus(&self) {
+        let Surplus { count, line, place } = &self.surplus;
+        if *count > 0 {
+            log::warn!(
+                "{}: {count} lines have more numbers than the header announces, as MeshLab writes the colours of \
+                 corners; the further numbers were skipped, the first in line {line} ({place}): check that the \
+                 others are right",
+                self.name
+            );
+        }
     }
 
     /// The next number.
@@ -136,10 +166,8 @@ impl<'a> Values<'a> {
             ));
         }
         self.rest = rest.trim_ascii_start();
-        std::str::from_utf8(word).ok().and_then(|w| w.parse().ok()).ok_or_else(|| {
-            let word = String::from_utf8_lossy(&word[..word.len().min(40)]).into_owned();
-            self.error(format!("{} has {word:?}, expected a number; the file may be damaged", self.place()))
-        })
+        let number = number(word).or_else(|| is_not_finite(word).then_some(f64::NAN));
+        number.ok_or_else(|| self.error(format!("{} has {}", self.place(), not_a_number(word))))
     }
 
     fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
@@ -154,10 +182,18 @@ impl<'a> Values<'a> {
             "face" => "faces".into(),
             other => format!("elements {other:?}"),
         };
-        Error::cut_short(format!(
-            "{}: ends after {} of {} {plural}; the file is cut short",
-            self.name, self.index, self.count
-        ))
+        let Surplus { count, line, .. } = self.surplus;
+        Error::cut_short(match count {
+            0 => format!(
+                "{}: ends after {} of {} {plural}; the file is cut short",
+                self.name, self.index, self.count
+            ),
+            _ => format!(
+                "{}: ends after {} of {} {plural}, but line {line} has more numbers than the header announces; \
+                 expected a line for each of them: export the mesh again",
+                self.name, self.index, self.count
+            ),
+        })
     }
 
     /// The current element for a message, counted from 1 as lines are.

@@ -15,7 +15,7 @@ pub(super) struct PrimMesh {
     pub(super) positions: Vec<[f64; 3]>,
     /// Without those that are holes or have fewer than three corners.
     pub(super) faces: Faces,
-    pub(super) uvs: Option<CornerUvs>,
+    pub(super) uvs: Option<PrimUvs>,
     /// The names of its materials.
     pub(super) materials: Vec<String>,
     /// The number of each face's material in `materials`.
@@ -24,9 +24,9 @@ pub(super) struct PrimMesh {
 }
 
 /// Texture coordinates by corner.
-pub(super) struct CornerUvs {
+pub(super) struct PrimUvs {
     pub(super) values: Vec<[f32; 2]>,
-    /// The entry of each corner.
+    /// The entry of each corner, which may be past the last.
     pub(super) corners: Vec<u32>,
 }
 
@@ -89,7 +89,7 @@ pub(super) fn read(
     let mut read = PrimMesh {
         positions,
         faces: Faces::default(),
-        uvs: uvs.as_ref().map(|uvs| CornerUvs { values: uvs.values.clone(), corners: Vec::new() }),
+        uvs: uvs.as_ref().map(|uvs| PrimUvs { values: uvs.values.clone(), corners: Vec::new() }),
         materials: names,
         material_of_face: Vec::new(),
         shapes,
@@ -147,7 +147,7 @@ fn uvs(
     faces: usize,
     points: usize,
     values: &mut Values<'_>,
-) -> Result<Option<CornerUvs>> {
+) -> Result<Option<PrimUvs>> {
     let is_uv = |attribute: &&Attribute| {
         let is_of_role = attribute.type_name.starts_with("texCoord2");
         attribute.name == "primvars:st"
@@ -179,11 +179,11 @@ fn uvs(
         _ => None,
     };
     let entry = |element: &u32| order.as_ref().map_or(*element, |order| order[*element as usize]);
-    let corners: Option<Vec<u32>> = by_corner.map(|elements| elements.iter().map(entry).collect());
-    let is_there =
-        |corner: &u32| coordinates.get(*corner as usize).is_some_and(|uv| uv.iter().all(|x| x.is_finite()));
-    match corners.filter(|corners| corners.iter().all(is_there)) {
-        Some(corners) => Ok(Some(CornerUvs { values: coordinates, corners })),
+    match by_corner {
+        Some(elements) => {
+            let corners = elements.iter().map(entry).collect();
+            Ok(Some(PrimUvs { values: coordinates, corners }))
+        }
         None => {
             log::warn!(
                 "{}: {} of {} do not fit its {faces} faces (interpolation {interpolation}), so they are left out",

@@ -11,7 +11,7 @@ mod values;
 use super::materials::Assigned;
 use super::read::Selection;
 use super::shapes::{Shape, Shapes, Space};
-use super::uvs::{uvs_from_corners, warn_partial_uvs};
+use super::uvs::{self, CornerUvs};
 use mesh::PrimMesh;
 use rhytid_core::{Error, InputErrorKind, Mesh, Result, UpAxis};
 use rhytid_usd::layer::{Layer, Prim, Value};
@@ -137,9 +137,7 @@ fn space(layer: &Layer) -> Space {
 #[derive(Default)]
 struct Joined {
     mesh: Mesh,
-    uvs: Vec<[f32; 2]>,
-    uv_corners: Vec<u32>,
-    corners_without_uv: usize,
+    uvs: CornerUvs,
     materials: Assigned,
     shapes: Vec<Shape>,
     /// The places of names in `shapes`.
@@ -174,12 +172,12 @@ impl Joined {
             self.materials.fill(self.mesh.faces.len());
         }
         match read.uvs {
-            None => self.corners_without_uv += read.faces.indices.len(),
+            None => self.uvs.push_none(read.faces.indices.len()),
             Some(uvs) => {
-                let first = self.uvs.len() as u32;
-                self.uvs.extend(uvs.values);
-                if self.corners_without_uv == 0 {
-                    self.uv_corners.extend(uvs.corners.iter().map(|corner| first + corner));
+                let (first, count) = (self.uvs.values.len() as u32, uvs.values.len() as u32);
+                self.uvs.values.extend(uvs.values);
+                for entry in uvs.corners {
+                    self.uvs.push(if entry < count { first + entry } else { uvs::MISSING });
                 }
             }
         }
@@ -203,14 +201,7 @@ impl Joined {
     }
 
     fn finish(mut self, space: Space, name: &str) -> Shapes {
-        let corners = self.mesh.faces.indices.len();
-        if self.corners_without_uv == 0 && corners > 0 {
-            let vertices = self.mesh.positions.len();
-            let uvs = uvs_from_corners(self.uvs, self.uv_corners, vertices, &self.mesh.faces.indices);
-            self.mesh.uvs = Some(uvs);
-        } else if self.corners_without_uv < corners {
-            warn_partial_uvs(name, self.corners_without_uv, corners);
-        }
+        self.uvs.finish(&mut self.mesh, name);
         self.mesh.materials = self.materials.finish();
         Shapes { neutral: self.mesh, shapes: self.shapes, space }
     }

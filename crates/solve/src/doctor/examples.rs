@@ -1,5 +1,6 @@
 //! Findings about the examples, each compared with the neutral.
 use super::finding::{Finding, Report, Severity};
+use super::parts::Parts;
 use super::words::{count, first_few, length};
 use crate::align::{Misplaced, misplaced};
 use glam::DVec3;
@@ -26,6 +27,7 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
     let neutral =
         Neutral { topology: Topology::new(rest.len(), &triangulate(&face.neutral)), rest, diagonal };
     let misplaced = misplaced(face);
+    let parts = Parts::new(&face.neutral);
     for example in &face.examples {
         let beside = BesideNeutral::new(example, face, &neutral);
         if beside.is_neutral() {
@@ -33,6 +35,7 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
             continue;
         }
         report.findings.extend(beside.torn_or_far_away());
+        report.findings.extend(parts.exchanged(example, &neutral.rest, diagonal));
         // If the whole head has moved, its pins move without a fault of their own.
         report.findings.extend(match misplaced.iter().find(|found| found.example == example.name) {
             Some(found) => beside.in_another_place(found),

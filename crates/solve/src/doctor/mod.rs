@@ -3,6 +3,7 @@ mod examples;
 mod finding;
 mod handles;
 mod impossible;
+mod parts;
 mod points;
 mod space;
 mod surface;

@@ -217,15 +217,21 @@ fn quantised_and_sparse_accessors() {
 }
 
 #[test]
-fn partial_uvs_are_dropped_and_said_once() {
+fn uvs_survive_where_a_primitive_has_none() {
+    let whole = load(&square());
     let mut document = square();
     let second = json!({"attributes": {"POSITION": 0}, "indices": 3});
     document["meshes"][0]["primitives"].as_array_mut().unwrap().push(second);
     let text = document.to_string();
     let (mesh, warnings) = decode_with_warnings(text.as_bytes(), Format::Gltf, "partial.gltf");
-    assert_eq!((mesh.uvs, mesh.faces.len()), (None, 3));
+    assert_eq!(mesh.faces.len(), 3);
+    assert_eq!(corner_uvs(&mesh), [corner_uvs(&whole), vec![[0.0, 0.0]; 3]].concat());
     assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].contains("3 of 9 face corners"), "{}", warnings[0]);
+    assert!(
+        warnings[0].contains("3 of 9 face corners have no usable texture coordinates"),
+        "{}",
+        warnings[0]
+    );
 }
 
 #[test]
@@ -260,7 +266,11 @@ fn errors_name_what_is_wrong() {
         let message = refused(bytes, Format::Gltf);
         assert!(message.contains(expected), "{message:?} lacks {expected:?}");
     };
-    bytes_refused(b"", "is not that of a glTF file");
+    bytes_refused(b"", "face: is empty");
+    bytes_refused(
+        b"ply\nformat ascii 1.0\n",
+        "is a PLY file by its first bytes, not glTF; rename it to .ply",
+    );
     bytes_refused(&text.as_bytes()[..200], "is not that of a glTF file: EOF while parsing");
     bytes_refused(b"{}", "is not that of a glTF file: missing field `asset`");
     bytes_refused(&glb[..10], "has 10 bytes, expected at least the 12 of a GLB header");

@@ -61,10 +61,10 @@ fn faces_in_another_order_turned_or_cut_in_another_way_are_the_same_surface() {
 
 #[test]
 fn files_are_told_apart_by_their_extension() {
-    let message = message(read(Path::new("face.stl")).map(|_| ()));
+    let message = message(read(Path::new("face.dat")).map(|_| ()));
     assert_eq!(
         message,
-        "face.stl: a mesh's file name must end in .obj, .ply, .glb, .gltf or .usd, found .stl; export the mesh in one of \
+        "face.dat: a mesh's file name must end in .obj, .ply, .glb, .gltf or .usd, found .dat; export the mesh in one of \
          these formats"
     );
     let error = read(Path::new("no-such-folder/face.obj")).unwrap_err();

@@ -57,7 +57,17 @@ fn reads_what_trimesh_wrote() {
 
 #[test]
 fn every_name_of_uvs_is_known() {
-    for [u, v] in [["u", "v"], ["s", "t"], ["texture_u", "texture_v"]] {
+    for [u, v] in [
+        ["u", "v"],
+        ["s", "t"],
+        ["texture_u", "texture_v"],
+        ["texture_s", "texture_t"],
+        ["tu", "tv"],
+        ["texcoord_u", "texcoord_v"],
+        ["texcoord_s", "texcoord_t"],
+        ["tex_u", "tex_v"],
+        ["U", "V"],
+    ] {
         let text = format!(
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float {v}\nproperty int x\nproperty char y\n\
              property double z\nproperty float {u}\nelement face 1\nproperty list int uint vertex_index\n\
@@ -69,17 +79,105 @@ fn every_name_of_uvs_is_known() {
     }
 }
 
+/// [`HEADER`] with a list of faces.
+fn with_list(name: &str) -> String {
+    HEADER.replace("end_header", &format!("property list uchar float {name}\nend_header"))
+}
+
+/// Reads a file and gives its one warning.
+fn warned(text: &str) -> (Mesh, String) {
+    let (mesh, warnings) = decode_with_warnings(text.as_bytes(), Format::Ply, "face");
+    assert_eq!(warnings.len(), 1, "{warnings:?}");
+    (mesh, warnings[0].clone())
+}
+
+const WITH_UVS: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n4 0 1 2 3 8 0 0 1 0 1 1 0 1\n3 0 2 3 6 0 0 1 1 .5 1\n";
+
 #[test]
-fn partial_corner_uvs_are_dropped_and_said_once() {
-    let header = HEADER.replace("end_header", "property list uchar float texcoord\nend_header");
-    let text = format!(
-        "{header}{}",
-        BODY.replace("0 1 2 3\n", "0 1 2 3 0\n").replace("3 0 2 3", "3 0 2 3 6 0 0 0 0 0 0")
+fn every_list_of_uvs_is_known() {
+    for name in ["texcoord", "texcoords", "t", "uv", "st"] {
+        let mesh = read(format!("{}{WITH_UVS}", with_list(name)).as_bytes());
+        let expected = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0], [1.0, 1.0], [0.5, 1.0]];
+        assert_eq!(corner_uvs(&mesh), expected, "{name}");
+    }
+    let (mesh, warning) = warned(&format!("{}{WITH_UVS}", with_list("uvset0")));
+    assert_eq!(mesh.uvs, None);
+    assert!(warning.contains("\"uvset0\"") && warning.contains("rename them"), "{warning}");
+}
+
+#[test]
+fn corner_uvs_survive_where_some_faces_have_none() {
+    let none = [0.0, 0.0];
+    let square = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let text = format!("{}{}", with_list("texcoord"), WITH_UVS.replace("6 0 0 1 1 .5 1", "0"));
+    let (mesh, warning) = warned(&text);
+    assert_eq!(corner_uvs(&mesh), [&square[..], &[none; 3]].concat());
+    assert!(warning.contains("3 of 7 face corners have no usable texture coordinates"), "{warning}");
+    // One that is no number.
+    let text = format!("{}{}", with_list("texcoord"), WITH_UVS.replace("1 .5 1", "1 nan 1"));
+    let (mesh, warning) = warned(&text);
+    assert_eq!(corner_uvs(&mesh), [&square[..], &[none, [1.0, 1.0], none]].concat());
+    assert!(warning.contains("1 of 7") && warning.contains("not a number"), "{warning}");
+    // Of a vertex.
+    let text = HEADER.replace("element face", "property float s\nproperty float t\nelement face");
+    let body = "0 0 0 0 0\n1 0 0 1 0\n1 1 0 1 1\n0 1 0 -nan 1\n4 0 1 2 3\n3 0 2 3\n";
+    let (mesh, warning) = warned(&format!("{text}{body}"));
+    assert_eq!(mesh.uvs.unwrap().values, [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], none]);
+    assert!(warning.contains("2 of 7"), "{warning}");
+}
+
+#[test]
+fn lines_of_a_header_end_as_on_any_system() {
+    let text = format!("{HEADER}{BODY}");
+    let expected = read(text.as_bytes());
+    for end in ["\r", "\r\n", "\r\r\n"] {
+        assert_eq!(read(text.replace('\n', end).as_bytes()), expected, "{end:?}");
+    }
+    let mixed = text.replace("end_header\n", "end_header\r").replace("1.0\n", "1.0\r\n");
+    assert_eq!(read(mixed.as_bytes()), expected);
+    let loose = text.replace("property float", " property\t float ").replace("vertex 4", " vertex  4");
+    assert_eq!(read(format!("\u{feff}{loose}").as_bytes()), expected);
+    let told = text.replace("element face", "comment element face 7\nobj_info a b\ncomment\nelement face");
+    assert_eq!(read(told.as_bytes()), expected);
+    // A binary file whose first byte is that of LF.
+    for end in ["\n", "\r", "\r\n"] {
+        let header =
+            HEADER.replace("ascii", "binary_little_endian").replace("face 2", "face 1").replace('\n', end);
+        let mut bytes = header.into_bytes();
+        bytes.extend(*b"\x0a\0\0\0");
+        bytes.extend([0; 44]);
+        bytes.extend(*b"\x03\0\0\0\0\x01\0\0\0\x02\0\0\0");
+        let mesh = read(&bytes);
+        assert_eq!(mesh.positions[0][0], f64::from(f32::from_bits(10)), "{end:?}");
+        assert_eq!(polygons(&mesh), [vec![0, 1, 2]]);
+    }
+}
+
+/// As trimesh and Blender do.
+#[test]
+fn numbers_that_the_header_does_not_announce_are_skipped() {
+    let text = format!("{HEADER}{}", BODY.replace("0 2 3\n", "0 2 3 9 1 1 1\n"));
+    let (mesh, warning) = warned(&text);
+    assert_eq!(mesh, read(format!("{HEADER}{BODY}").as_bytes()));
+    assert!(
+        warning.contains("1 lines have more numbers") && warning.contains("line 15 (face 2 of 2)"),
+        "{warning}"
     );
-    let (mesh, warnings) = decode_with_warnings(text.as_bytes(), Format::Ply, "partial.ply");
-    assert_eq!((mesh.uvs, mesh.faces.len()), (None, 2));
-    assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].contains("4 of 7 face corners"), "{}", warnings[0]);
+    // All in one line.
+    let message = error(&format!("{HEADER}{}", BODY.replace('\n', " ")));
+    assert!(message.contains("ends after 1 of 4 vertices, but line 10 has more numbers"), "{message}");
+}
+
+#[test]
+fn faces_of_two_corners_are_left_out() {
+    for short in ["2 0 2", "1 0", "0"] {
+        let (mesh, warning) = warned(&format!("{HEADER}{}", BODY.replace("3 0 2 3", short)));
+        assert_eq!(polygons(&mesh), [vec![0, 1, 2, 3]]);
+        assert!(
+            warning.contains("1 faces have fewer than 3 corners") && warning.contains("face 2 of 2"),
+            "{warning}"
+        );
+    }
 }
 
 #[test]
@@ -105,8 +203,8 @@ fn errors_name_line_value_and_expectation() {
     let body = |from: &str, to: &str| format!("{HEADER}{}", BODY.replace(from, to));
     let header = |from: &str, to: &str| format!("{}{BODY}", HEADER.replace(from, to));
     for (text, expected) in [
-        (String::new(), "face: does not begin with a line \"ply\""),
-        ("solid\n".into(), "face: does not begin with a line \"ply\""),
+        (String::new(), "face: is empty"),
+        ("plain\n".into(), "face: does not begin with a line \"ply\""),
         (body("1 1 0", "1 nan 0"), "face: vertex 2 (counted from 0) is at [1.0, NaN, 0.0], expected finite"),
         (
             body("1 1 0", "1 1e39 0"),
@@ -114,7 +212,10 @@ fn errors_name_line_value_and_expectation() {
         ),
         (body("1 1 0", "1 one 0"), "face, line 12: vertex 3 of 4 has \"one\", expected a number"),
         (body("1 1 0", "1 1"), "face, line 12: vertex 3 of 4 has fewer numbers than the header announces"),
-        (body("1 1 0", "1 1 0 0"), "face, line 12: vertex 3 of 4 has more numbers than the header announces"),
+        (
+            body("1 1 0", "1,5 1 0"),
+            "face, line 12: vertex 3 of 4 has \"1,5\", expected a number with a decimal point; the file has decimal",
+        ),
         (
             body("3 0 2 3", "3 0 2 4"),
             "face, line 15: face 2 of 2 has the vertex index 4, expected a whole number from 0 to 3",
@@ -122,7 +223,6 @@ fn errors_name_line_value_and_expectation() {
         (body("3 0 2 3", "3 0 -1 3"), "face, line 15: face 2 of 2 has the vertex index -1, expected"),
         (body("3 0 2 3", "3 0 .5 3"), "face, line 15: face 2 of 2 has the vertex index 0.5, expected"),
         (body("3 0 2 3", "3 0 nan 3"), "face, line 15: face 2 of 2 has the vertex index NaN, expected"),
-        (body("3 0 2 3", "2 0 2"), "face, line 15: face 2 of 2 has 2 corners, expected at least 3"),
         (body("3 0 2 3", "-3 0 2"), "face, line 15: face 2 of 2 has a list of -3 numbers"),
         (body("3 0 2 3", "4294967295 0 2"), "face, line 15: face 2 of 2 has fewer numbers"),
         (header("ascii", "text"), "face, line 2: found \"format text 1.0\", expected ascii,"),
@@ -170,13 +270,15 @@ fn errors_name_line_value_and_expectation() {
 }
 
 #[test]
-fn corner_uvs_must_come_in_pairs() {
-    let header = HEADER.replace("end_header", "property list uchar float texcoord\nend_header");
-    let message = error(&format!("{header}{}", BODY.replace("0 1 2 3\n", "0 1 2 3 6 0 0 0 0 0 0\n")));
+fn corner_uvs_that_are_no_pairs_are_left_out() {
+    let text = format!("{}{}", with_list("texcoord"), WITH_UVS.replace("8 0 0 1 0 1 1 0 1", "6 0 0 1 0 1 1"));
+    let (mesh, warnings) = decode_with_warnings(text.as_bytes(), Format::Ply, "face");
+    assert_eq!(corner_uvs(&mesh)[3..], [[0.0, 0.0], [0.0, 0.0], [1.0, 1.0], [0.5, 1.0]]);
     assert!(
-        message.contains("line 15: face 1 of 2 has 6 texture numbers for its 4 corners, expected 8"),
-        "{message}"
+        warnings[0].contains("1 faces have texture coordinates that are not two numbers"),
+        "{warnings:?}"
     );
+    assert!(warnings[1].contains("4 of 7"), "{warnings:?}");
 }
 
 /// Types under both of their names, with the largest whole number that each holds.

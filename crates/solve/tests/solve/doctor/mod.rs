@@ -3,6 +3,7 @@
 mod examples;
 mod handles;
 mod impossible;
+mod parts;
 mod space;
 mod surface;
 
