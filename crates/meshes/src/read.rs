@@ -13,7 +13,7 @@ pub enum Format {
     Obj,
     /// PLY: ASCII, binary little endian or binary big endian.
     Ply,
-    /// glTF 2.0: GLB or JSON, told apart by their first bytes.
+    /// glTF 2.0: GLB (also named `.vrm`) or JSON, told apart by their first bytes.
     Gltf,
 }
 
@@ -28,7 +28,7 @@ impl Format {
         match extension.as_str() {
             "obj" => Ok(Self::Obj),
             "ply" => Ok(Self::Ply),
-            "glb" | "gltf" => Ok(Self::Gltf),
+            "glb" | "gltf" | "vrm" => Ok(Self::Gltf),
             _ => Err(Error::unsupported_format(format!(
                 "{}: a mesh's file name must end in .obj, .ply, .glb or .gltf, found {}; export the mesh in \
                  one of these formats",

@@ -124,7 +124,7 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
                 Err(_) => return Err(error),
             },
         },
-        "glb" | "gltf" => match AnimationInfo::read(path, reach) {
+        "glb" | "gltf" | "vrm" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or a damaged file, whose reader gives the better error.
             Err(_) => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),

@@ -8,4 +8,5 @@ mod obj_round_trip;
 mod ply;
 mod shapes;
 mod shared;
+mod skins;
 mod support;
