@@ -86,15 +86,20 @@ impl Buffers {
     /// Counts bytes that are unfolded.
     pub(super) fn spend(&self, bytes: u64, name: &str) -> Result<()> {
         if bytes > self.allowed() {
-            return Err(Error::unsupported_format(format!(
-                "{name}: unfolds to more than {} bytes from {} bytes of data, expected one face; export it \
-                 without compression",
-                self.spent.get(),
-                self.stored
-            )));
+            return Err(self.too_much(name));
         }
         self.spent.set(self.spent.get() + bytes);
         Ok(())
+    }
+
+    /// The error of a file that unfolds to more than is allowed.
+    pub(super) fn too_much(&self, name: &str) -> Error {
+        Error::unsupported_format(format!(
+            "{name}: unfolds to more than {} bytes from {} bytes of data, expected one face; export it without \
+             compression",
+            self.spent.get(),
+            self.stored
+        ))
     }
 
     /// Adds a buffer of unfolded bytes, and gives its index.

@@ -7,7 +7,7 @@ use ::gltf::json::buffer::View;
 use ::gltf::json::mesh::{Mode, Primitive};
 use ::gltf::json::validation::{Checked, USize64};
 use ::gltf::json::{Index, Root};
-use draco_core::{DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute};
+use draco_core::{DecodeLimits, DecoderBuffer, ErrorKind, Mesh, MeshDecoder, PointAttribute};
 use rhytid_core::{Error, Result};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -100,11 +100,12 @@ fn decode(root: &Root, buffers: &Buffers, view: usize, place: &str, name: &str) 
         .with_max_faces(allowed / 12);
     let mut mesh = Mesh::new();
     let mut decoder = MeshDecoder::new();
-    decoder.decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map_err(|e| {
-        Error::malformed(format!(
+    decoder.decode(&mut DecoderBuffer::new(stream).with_limits(limits), &mut mesh).map_err(|e| match e.kind() {
+        ErrorKind::LimitExceeded => buffers.too_much(name),
+        _ => Error::malformed(format!(
             "{place} is compressed with {EXTENSION} and cannot be unfolded ({e}); the file may be damaged, or \
              export it without compression"
-        ))
+        )),
     })?;
     let of_points: usize = (0..mesh.num_attributes())
         .map(|a| mesh.attribute(a))

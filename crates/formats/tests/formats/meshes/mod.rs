@@ -2,6 +2,9 @@
 
 mod garbage;
 mod gltf;
+mod gltf_compressed;
+mod gltf_targets;
+mod gltf_uvs;
 mod like;
 mod obj;
 mod obj_round_trip;
