@@ -50,7 +50,7 @@ impl FileKind {
             "usd" | "usda" | "usdc" | "usdz" => Some(Self::Usd),
             "toml" => Some(Self::Project),
             "obj" | "ply" => Some(Self::Mesh),
-            "glb" | "gltf" => Some(Self::Gltf),
+            "glb" | "gltf" | "vrm" => Some(Self::Gltf),
             "json" => Some(Self::Json),
             "csv" if has("vertex") => Some(Self::Handles),
             "csv" if raw_take::is_take_csv(path) => Some(Self::Take),

@@ -4,7 +4,7 @@
 #![forbid(unsafe_code)]
 
 mod attributes;
-mod meshopt;
+pub mod meshopt;
 mod node;
 pub mod read;
 pub mod write;

@@ -13,7 +13,7 @@ pub enum Format {
     Obj,
     /// PLY: ASCII, binary little endian or binary big endian.
     Ply,
-    /// glTF 2.0: GLB or JSON, told apart by their first bytes.
+    /// glTF 2.0: GLB (also named `.vrm`) or JSON, told apart by their first bytes.
     Gltf,
     /// USD: text, binary or a package, told apart by their first bytes.
     Usd,
@@ -30,7 +30,7 @@ impl Format {
         match extension.as_str() {
             "obj" => Ok(Self::Obj),
             "ply" => Ok(Self::Ply),
-            "glb" | "gltf" => Ok(Self::Gltf),
+            "glb" | "gltf" | "vrm" => Ok(Self::Gltf),
             "usd" | "usda" | "usdc" | "usdz" => Ok(Self::Usd),
             other if let Some(said) = recognise::of_extension(other) => {
                 Err(Error::unsupported_format(format!("{}: {said}", path.display())))

@@ -30,7 +30,7 @@ const IMAGE: &str = "give the mesh, not its image";
 const OTHER: &str = "give the mesh itself";
 
 /// Extensions of files that are not read, with what they are and what to do.
-const EXTENSIONS: [(&[&str], &str, &str); 15] = [
+const EXTENSIONS: [(&[&str], &str, &str); 14] = [
     (&["fbx"], "FBX, which is not read", WAY_OUT),
     (&["abc"], "Alembic, which is not read", WAY_OUT),
     (&["dae"], "Collada, which is not read", WAY_OUT),
@@ -48,7 +48,6 @@ const EXTENSIONS: [(&[&str], &str, &str); 15] = [
         "a mesh in a format that is not read",
         WAY_OUT,
     ),
-    (&["vrm"], "a glTF file under another name", "rename it to .glb"),
     (&["zip", "7z", "rar", "tar", "tgz"], "an archive", UNPACK),
     (&["gz", "bz2", "xz", "zst"], "a compressed file", UNPACK),
     (&["mtl"], "a list of materials", "give the .obj beside it"),

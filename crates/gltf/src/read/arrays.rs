@@ -1,12 +1,11 @@
 //! Accessors, one at a time: plain or compressed, floats or normalised integers.
 
-use super::super::meshopt;
+use super::super::meshopt::CompressedView;
 use super::source::Source;
 use ::gltf::json::Root;
 use ::gltf::json::accessor::{Accessor, ComponentType, Type};
 use ::gltf::json::validation::Checked::Valid;
 use rhytid_core::{Error, Result};
-use serde::Deserialize;
 
 /// The numbers of a file.
 pub(super) struct Arrays {
@@ -14,21 +13,6 @@ pub(super) struct Arrays {
     pub source: Source,
     /// The file, for messages.
     pub name: String,
-}
-
-/// What EXT_meshopt_compression says of a buffer view.
-#[derive(Deserialize)]
-#[serde(rename_all = "camelCase")]
-struct Compressed {
-    buffer: usize,
-    #[serde(default)]
-    byte_offset: u64,
-    byte_length: u64,
-    byte_stride: usize,
-    count: usize,
-    mode: String,
-    #[serde(default)]
-    filter: Option<String>,
 }
 
 impl Arrays {
@@ -134,39 +118,32 @@ impl Arrays {
     /// The bytes of buffer view `index`, unfolded, and its stride if it has one.
     fn view(&mut self, index: usize) -> Result<(Vec<u8>, Option<usize>)> {
         let name = &self.name;
-        let fault =
-            |what: &str| Error::malformed(format!("{name}: buffer view {index} {what}; the file is damaged"));
+        let fault = |what: &str| Error::malformed(format!("{name}: buffer view {index} {what}"));
         let Some(view) = self.root.buffer_views.get(index) else {
-            return Err(fault("does not exist"));
+            return Err(fault("does not exist; the file is damaged"));
         };
         let stride = view.byte_stride.map(|stride| stride.0);
-        let others =
-            view.extensions.as_ref().and_then(|extensions| extensions.others.get(meshopt::EXTENSION));
         let what = format!("buffer view {index}");
-        let Some(compressed) = others else {
+        let Some(compressed) = CompressedView::of(view).map_err(|what| fault(&what))? else {
             if view.buffer.value() != 0 {
-                return Err(fault("lies in a buffer without data"));
+                return Err(fault("lies in a buffer without data; the file is damaged"));
             }
             let offset = view.byte_offset.unwrap_or_default().0;
             return Ok((self.source.read(offset, view.byte_length.0, &what)?, stride));
         };
-        let compressed = Compressed::deserialize(compressed)
-            .map_err(|e| fault(&format!("is compressed in an unknown way ({e})")))?;
-        let filtered = compressed.filter.is_some_and(|filter| filter != "NONE");
-        if compressed.buffer != 0 || filtered {
-            return Err(fault("is compressed in another way than Rhytid does"));
+        if compressed.buffer != 0 {
+            return Err(fault(
+                "is compressed in another way than Rhytid does; expected a file that Rhytid has written",
+            ));
         }
         let encoded = self.source.read(compressed.byte_offset, compressed.byte_length, &what)?;
-        let (count, element) = (compressed.count, compressed.byte_stride);
-        let bytes = match compressed.mode.as_str() {
-            "ATTRIBUTES" => meshopt::decode_elements(&encoded, count, element),
-            "INDICES" if element == 4 => meshopt::decode_indices(&encoded, count)
-                .map(|corners| corners.iter().flat_map(|corner| corner.to_le_bytes()).collect()),
-            _ => None,
-        };
-        match bytes {
-            Some(bytes) if bytes.len() as u64 == view.byte_length.0 => Ok((bytes, stride)),
-            _ => Err(fault(&format!("cannot be unfolded to {count} elements of {element} bytes"))),
+        match compressed.decode(&encoded).map_err(|what| fault(&what))? {
+            bytes if bytes.len() as u64 == view.byte_length.0 => Ok((bytes, stride)),
+            bytes => Err(fault(&format!(
+                "has {} bytes once it is unfolded, expected {}; the file is damaged",
+                bytes.len(),
+                view.byte_length.0
+            ))),
         }
     }
 

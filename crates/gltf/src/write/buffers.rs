@@ -79,7 +79,7 @@ impl Buffers {
         let corners = &surface.indices;
         let bytes: Vec<u8> = corners.iter().flat_map(|i| i.to_le_bytes()).collect();
         let compressed = match self.meshopt {
-            true => Some(("INDICES", meshopt::encode_indices(corners, surface.vertices())?)),
+            true => Some(("INDICES", meshopt::encode_indices(corners)?)),
             false => None,
         };
         let view = self.view(&bytes, 4, compressed, Some(Target::ElementArrayBuffer))?;

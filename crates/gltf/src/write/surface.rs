@@ -68,11 +68,6 @@ impl Surface {
         self.uvs = Some(uvs.collect());
     }
 
-    /// W.
-    pub(super) fn vertices(&self) -> usize {
-        self.originals + self.copied.len()
-    }
-
     /// The values of the W vertices from the values `of_originals` of the V originals.
     pub(super) fn spread<T: Copy>(&self, of_originals: &[T]) -> impl Iterator<Item = T> {
         of_originals.iter().copied().chain(self.copied.iter().map(|&v| of_originals[v as usize]))

@@ -21,7 +21,9 @@ impl Accessors<'_> {
         let expected = match N {
             1 => Type::Scalar,
             2 => Type::Vec2,
-            _ => Type::Vec3,
+            3 => Type::Vec3,
+            4 => Type::Vec4,
+            _ => Type::Mat4,
         };
         if accessor.type_ != Checked::Valid(expected) {
             return self.fail(index, format!("does not have {N} components, expected type {expected:?}"));
@@ -35,7 +37,7 @@ impl Accessors<'_> {
                     .map(|b| vector(b, component))
                     .collect()
             }
-            None if count <= self.buffers.total => vec![[0.0; N]; count as usize],
+            None if count <= self.buffers.total() => vec![[0.0; N]; count as usize],
             None => {
                 return self
                     .fail(index, format!("announces {count} elements and has none; the file is damaged"));
@@ -93,8 +95,13 @@ impl Accessors<'_> {
 
     /// Whether its elements are stored in the plain way, not by an extension.
     pub(super) fn is_stored(&self, index: usize) -> Result<bool> {
+        Ok(is_stored(self.accessor(index)?))
+    }
+
+    /// Whether its elements are integers that stand for themselves.
+    pub(super) fn is_integers(&self, index: usize) -> Result<bool> {
         let accessor = self.accessor(index)?;
-        Ok(accessor.buffer_view.is_some() || accessor.sparse.is_some())
+        Ok(!accessor.normalized && self.component(index, accessor)? != ComponentType::F32)
     }
 
     fn accessor(&self, index: usize) -> Result<&Accessor> {
@@ -155,6 +162,11 @@ impl Accessors<'_> {
     fn fail<T>(&self, index: usize, what: String) -> Result<T> {
         Err(Error::malformed(format!("{}: accessor {index} {what}", self.name)))
     }
+}
+
+/// Whether the elements of an accessor are stored in the plain way, not by an extension.
+pub(super) fn is_stored(accessor: &Accessor) -> bool {
+    accessor.buffer_view.is_some() || accessor.sparse.is_some()
 }
 
 /// `bytes` holds N components.

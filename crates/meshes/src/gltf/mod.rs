@@ -3,7 +3,11 @@
 
 mod accessor;
 mod buffers;
+mod draco;
+mod material_uvs;
+mod nodes;
 mod scene;
+mod skin;
 mod targets;
 mod textures;
 
@@ -14,11 +18,13 @@ use ::gltf::Gltf;
 use ::gltf::json::Root;
 use buffers::Buffers;
 use rhytid_core::{Error, Result};
+use rhytid_gltf::meshopt;
 use std::sync::Arc;
 
 /// The mesh, with its morph targets if `with_shapes`.
 pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>, with_shapes: bool) -> Result<Shapes> {
-    let (root, buffers) = open(bytes, name, external)?;
+    let (mut root, mut buffers) = open(bytes, name, external)?;
+    draco::unfold(&mut root, &mut buffers, name)?;
     scene::read(&root, &buffers, name, with_shapes)
 }
 
@@ -32,6 +38,11 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     check_glb_length(bytes, name)?;
     let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| {
         Error::malformed(match error {
+            _ if is_version_1(bytes) => {
+                return Error::unsupported_format(format!(
+                    "{name}: is glTF 1.0, expected glTF 2.0; convert it, for example with gltf-pipeline"
+                ));
+            }
             ::gltf::Error::Deserialize(error) => {
                 format!("{name}: its JSON is not that of a glTF file: {error}; the file may be cut short")
             }
@@ -42,6 +53,23 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     check_extensions(&root, name)?;
     let buffers = Buffers::load(&root, blob, name, external)?;
     Ok((root, buffers))
+}
+
+/// Whether the file says that it is of the first version of the format, whose JSON has another layout.
+fn is_version_1(bytes: &[u8]) -> bool {
+    #[derive(serde::Deserialize)]
+    struct Document {
+        asset: Asset,
+    }
+    #[derive(serde::Deserialize)]
+    struct Asset {
+        version: String,
+    }
+    match bytes.strip_prefix(b"glTF") {
+        Some(rest) => rest.starts_with(&1_u32.to_le_bytes()),
+        None => ::gltf::json::deserialize::from_slice(bytes)
+            .is_ok_and(|document: Document| document.asset.version.starts_with("1.")),
+    }
 }
 
 /// The crate subtracts from a GLB's length before it checks that it can.
@@ -67,14 +95,25 @@ fn check_glb_length(bytes: &[u8], name: &str) -> Result<()> {
 }
 
 fn check_extensions(root: &Root, name: &str) -> Result<()> {
-    // These change how a surface looks, not where it is; quantised positions are read as any others.
-    let harmless = |extension: &str| {
-        ["KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "MSFT_texture_"]
-            .iter()
-            .any(|family| extension.starts_with(family))
-            || extension == "KHR_mesh_quantization"
+    // These change how a surface looks or how a character behaves, not where its vertices are; quantised
+    // positions are read as any others.
+    const HARMLESS: [&str; 9] = [
+        "KHR_materials_",
+        "KHR_texture_",
+        "KHR_lights_",
+        "KHR_animation_",
+        "KHR_xmp",
+        "EXT_texture_",
+        "EXT_lights_",
+        "MSFT_texture_",
+        "VRM",
+    ];
+    let is_known = |extension: &str| {
+        HARMLESS.iter().any(|family| extension.starts_with(family))
+            || ["KHR_mesh_quantization", draco::EXTENSION].contains(&extension)
+            || meshopt::EXTENSIONS.contains(&extension)
     };
-    match root.extensions_required.iter().find(|extension| !harmless(extension)) {
+    match root.extensions_required.iter().find(|extension| !is_known(extension)) {
         None => Ok(()),
         Some(extension) if extension.contains("compression") => Err(Error::unsupported_format(format!(
             "{name}: is compressed with {extension}, which is not supported; export it without compression"

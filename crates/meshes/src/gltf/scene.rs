@@ -5,65 +5,49 @@ use super::super::shapes::{Shapes, Space};
 use super::super::uvs::CornerUvs;
 use super::accessor::Accessors;
 use super::buffers::Buffers;
-use super::targets::{self, Targets};
+use super::material_uvs::{MaterialUvs, UvTransform};
+use super::nodes::{Nodes, Placed};
+use super::skin::{Placement, Set, Skin, sets};
+use super::targets::{self, Shown, Targets};
 use ::gltf::json::Root;
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
-use ::gltf::json::scene::Node;
 use ::gltf::json::validation::Checked;
-use glam::{DMat4, DVec3};
+use glam::DVec3;
 use rhytid_core::{Error, Mesh, Result, UpAxis};
-use rhytid_gltf::local_transform;
 use std::collections::HashMap;
+use std::rc::Rc;
 
 /// The triangles of every mesh in the default scene, in the order of its nodes, parents first. With their
 /// morph targets if `with_shapes`.
 pub(super) fn read(root: &Root, buffers: &Buffers, name: &str, with_shapes: bool) -> Result<Shapes> {
+    let nodes = Nodes::read(root, name)?;
     let mut reader = Reader {
         accessors: Accessors { root, buffers, name },
+        nodes: &nodes,
+        skins: HashMap::new(),
+        names: HashMap::new(),
+        shown: Shown::default(),
         mesh: Mesh::default(),
         uvs: CornerUvs::default(),
         corners_read: 0,
         materials: Assigned::default(),
         skipped: 0,
+        has_integer_uvs: false,
         targets: with_shapes.then(Targets::default),
     };
-    for (node, transform) in placed_nodes(root, name)? {
-        reader.node(node, transform)?;
+    for placed in &nodes.placed {
+        reader.node(placed)?;
     }
     reader.finish()
 }
 
-/// The nodes of the default scene (else of the first) with their transforms to scene space.
-fn placed_nodes<'a>(root: &'a Root, name: &str) -> Result<Vec<(&'a Node, DMat4)>> {
-    let fail = |what: String| Err(Error::malformed(format!("{name}: {what}")));
-    let scene = root.scene.map_or(0, |scene| scene.value());
-    let Some(scene) = root.scenes.get(scene) else {
-        return fail(format!(
-            "has {} scenes, expected a default one with number {scene}; export the mesh again",
-            root.scenes.len()
-        ));
-    };
-    let mut placed = Vec::new();
-    let mut visited = vec![false; root.nodes.len()];
-    // A stack, not recursion: a chain of nodes can be longer than the call stack.
-    let mut next: Vec<_> = scene.nodes.iter().rev().map(|&node| (node, DMat4::IDENTITY)).collect();
-    while let Some((index, parent)) = next.pop() {
-        let index = index.value();
-        let (Some(node), Some(visited)) = (root.nodes.get(index), visited.get_mut(index)) else {
-            return fail(format!("node {index} does not exist, expected one of the {}", root.nodes.len()));
-        };
-        if std::mem::replace(visited, true) {
-            return fail(format!("node {index} is placed twice, expected a tree of nodes"));
-        }
-        let transform = parent * local_transform(node);
-        next.extend(node.children.iter().flatten().rev().map(|&child| (child, transform)));
-        placed.push((node, transform));
-    }
-    Ok(placed)
-}
-
 struct Reader<'a> {
     accessors: Accessors<'a>,
+    nodes: &'a Nodes<'a>,
+    skins: HashMap<usize, Rc<Skin>>,
+    /// The names of the targets of meshes.
+    names: HashMap<usize, Rc<Vec<String>>>,
+    shown: Shown,
     mesh: Mesh,
     uvs: CornerUvs,
     /// Corners of all primitives so far.
@@ -71,48 +55,92 @@ struct Reader<'a> {
     materials: Assigned,
     /// Primitives of points or lines.
     skipped: usize,
+    /// Whether texture coordinates are integers, and no material says what they stand for.
+    has_integer_uvs: bool,
     /// `None` if they are not wanted.
     targets: Option<Targets>,
 }
 
-/// Where the data of a node's accessors begins in the mesh: several primitives (one per material) often share
-/// their vertices.
+/// The vertices of a node that were read: several primitives (one per material) often share their vertices.
 #[derive(Default)]
 struct Begin {
-    vertices: HashMap<usize, u32>,
-    uvs: HashMap<(usize, usize), u32>,
+    vertices: HashMap<VertexKey, Rc<Vertices>>,
+    uvs: HashMap<UvKey, u32>,
+}
+
+/// Primitives share vertices that are in the same place and move in the same way.
+#[derive(PartialEq, Eq, Hash)]
+struct VertexKey {
+    position: usize,
+    sets: Vec<Set>,
+    targets: Vec<Option<usize>>,
+}
+
+/// Vertices in the mesh.
+struct Vertices {
+    /// The index of the first.
+    first: u32,
+    count: u64,
+    placement: Placement,
+}
+
+#[derive(PartialEq, Eq, Hash)]
+struct UvKey {
+    position: usize,
+    uv: usize,
+    transform: Option<[u64; 5]>,
+}
+
+/// Where a primitive is, and what places it.
+struct Place<'a> {
+    /// For messages.
+    name: String,
+    node: &'a Placed<'a>,
+    skin: Option<Rc<Skin>>,
+    /// The names of its mesh's targets.
+    targets: Rc<Vec<String>>,
 }
 
 impl Reader<'_> {
-    fn node(&mut self, node: &Node, transform: DMat4) -> Result<()> {
+    fn node(&mut self, placed: &Placed<'_>) -> Result<()> {
+        let node = placed.node;
         let Some(index) = node.mesh.map(|mesh| mesh.value()) else { return Ok(()) };
         let Some(mesh) = self.accessors.root.meshes.get(index) else {
             return self.fail(format!("mesh {index} does not exist; the file is damaged"));
         };
-        // A skin places its mesh by joints alone. The stored mesh is the one that was bound to them.
-        let transform = if node.skin.is_some() { DMat4::IDENTITY } else { transform };
+        if node.extensions.as_ref().is_some_and(|e| e.others.contains_key("EXT_mesh_gpu_instancing")) {
+            return self.unsupported(format!(
+                "node {} places copies of a mesh (EXT_mesh_gpu_instancing), which is not supported; export it \
+                 without instancing",
+                placed.index
+            ));
+        }
+        let skin = match node.skin {
+            Some(skin) => Some(self.skin(skin.value())?),
+            None => None,
+        };
+        let names = self.names.entry(index).or_insert_with(|| Rc::new(targets::names(mesh)));
+        self.shown.add(node, mesh, names);
+        let mut place = Place { name: String::new(), node: placed, skin, targets: Rc::clone(names) };
         let mut begin = Begin::default();
-        let names = if self.targets.is_some() { targets::names(mesh) } else { Vec::new() };
         for (p, primitive) in mesh.primitives.iter().enumerate() {
-            self.primitive(
-                primitive,
-                &names,
-                transform,
-                &mut begin,
-                &format!("mesh {index}, primitive {p}"),
-            )?;
+            place.name = format!("mesh {index}, primitive {p}");
+            self.primitive(primitive, &place, &mut begin)?;
         }
         Ok(())
     }
 
-    fn primitive(
-        &mut self,
-        primitive: &Primitive,
-        names: &[String],
-        transform: DMat4,
-        begin: &mut Begin,
-        place: &str,
-    ) -> Result<()> {
+    fn skin(&mut self, index: usize) -> Result<Rc<Skin>> {
+        if let Some(skin) = self.skins.get(&index) {
+            return Ok(Rc::clone(skin));
+        }
+        let skin = Rc::new(Skin::read(&self.accessors, self.nodes, index)?);
+        self.skins.insert(index, Rc::clone(&skin));
+        Ok(skin)
+    }
+
+    fn primitive(&mut self, primitive: &Primitive, placed: &Place<'_>, begin: &mut Begin) -> Result<()> {
+        let place = &placed.name;
         let Checked::Valid(mode) = primitive.mode else {
             return self.unsupported(format!(
                 "{place} has an unknown mode, expected triangles; export the mesh again"
@@ -134,12 +162,8 @@ impl Reader<'_> {
                 "{place} is compressed with {by}, which is not supported; export it without compression"
             ));
         }
-        let is_new = !begin.vertices.contains_key(&position);
-        let first_vertex = self.vertices(position, transform, begin)?;
-        let count = self.accessors.count(position)?;
-        if let Some(targets) = self.targets.as_mut().filter(|_| is_new) {
-            targets.add(&self.accessors, primitive, names, first_vertex, count, transform)?;
-        }
+        let vertices = self.vertices(primitive, position, placed, begin)?;
+        let (first_vertex, count) = (vertices.first, vertices.count);
 
         let indices = match primitive.indices {
             Some(indices) => self.accessors.indices(indices.value())?,
@@ -161,19 +185,23 @@ impl Reader<'_> {
         // Also where nothing comes of them: many primitives may name the same.
         self.corners_read += indices.len();
         let mut corners = triangle_corners(mode, &indices);
-        if transform.determinant() < 0.0 {
+        for corner in corners.chunks_exact_mut(3) {
             // A mirror turns triangles inside out, which glTF takes back.
-            corners.chunks_exact_mut(3).for_each(|corner| corner.swap(1, 2));
+            if vertices.placement.is_mirror(corner[0] as usize) {
+                corner.swap(1, 2);
+            }
         }
         self.within_reason(
             self.mesh.positions.len(),
             self.corners_read.max(self.mesh.faces.indices.len() + corners.len()),
         )?;
 
-        match attribute(Semantic::TexCoords(0)) {
+        let material = primitive.material.map(|material| material.value());
+        let used = MaterialUvs::of(self.accessors.root, material, self.accessors.name)?;
+        match attribute(Semantic::TexCoords(used.set)) {
             None => self.uvs.push_none(corners.len()),
             Some(uv) => {
-                let first_uv = self.uvs(position, uv, count, begin, place)?;
+                let first_uv = self.uvs(position, uv, count, used.transform, begin, place)?;
                 corners.iter().for_each(|&c| self.uvs.push(first_uv + c));
             }
         }
@@ -190,25 +218,58 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// The index of the accessor's first vertex in the mesh; reads them if this node did not yet.
-    fn vertices(&mut self, position: usize, transform: DMat4, begin: &mut Begin) -> Result<u32> {
-        if let Some(&first) = begin.vertices.get(&position) {
-            return Ok(first);
+    /// The vertices of a primitive, with their targets; reads them if this node did not yet.
+    fn vertices(
+        &mut self,
+        primitive: &Primitive,
+        position: usize,
+        placed: &Place<'_>,
+        begin: &mut Begin,
+    ) -> Result<Rc<Vertices>> {
+        let sets = match placed.skin {
+            Some(_) => sets(primitive, &placed.name, self.accessors.name)?,
+            None => Vec::new(),
+        };
+        let targets = primitive.targets.iter().flatten();
+        let targets = targets.map(|target| target.positions.map(|index| index.value())).collect();
+        let key = VertexKey { position, sets, targets };
+        if let Some(found) = begin.vertices.get(&key) {
+            return Ok(Rc::clone(found));
         }
         let positions = self.accessors.vectors::<3>(position)?;
-        let total = self.mesh.positions.len() + positions.len();
-        self.within_reason(total, self.mesh.faces.indices.len())?;
+        let count = positions.len();
+        self.within_reason(self.mesh.positions.len() + count, self.mesh.faces.indices.len())?;
+        // A skin alone places a mesh: the transform of the mesh's node does nothing.
+        let placement = match &placed.skin {
+            Some(skin) => skin.place(&self.accessors, &key.sets, count, &placed.name)?,
+            None => Placement::Node(placed.node.transform),
+        };
         let first = self.mesh.positions.len() as u32;
-        self.mesh.positions.extend(
-            positions.into_iter().map(|p| transform.transform_point3(DVec3::from_array(p)).to_array()),
-        );
-        begin.vertices.insert(position, first);
-        Ok(first)
+        for (v, p) in positions.into_iter().enumerate() {
+            self.mesh.positions.push(placement.of(v).transform_point3(DVec3::from_array(p)).to_array());
+        }
+        let count = count as u64;
+        if let Some(targets) = &mut self.targets {
+            targets.add(&self.accessors, primitive, &placed.targets, first, count, &placement)?;
+        }
+        let vertices = Rc::new(Vertices { first, count, placement });
+        begin.vertices.insert(key, Rc::clone(&vertices));
+        Ok(vertices)
     }
 
-    /// The same for texture coordinates. glTF's origin is the upper left, Rhytid's the lower left.
-    fn uvs(&mut self, position: usize, uv: usize, count: u64, begin: &mut Begin, place: &str) -> Result<u32> {
-        if let Some(&first) = begin.uvs.get(&(position, uv)) {
+    /// The index of the accessor's first texture coordinate; reads them if this node did not yet. glTF's
+    /// origin is the upper left, Rhytid's the lower left.
+    fn uvs(
+        &mut self,
+        position: usize,
+        uv: usize,
+        count: u64,
+        transform: Option<UvTransform>,
+        begin: &mut Begin,
+        place: &str,
+    ) -> Result<u32> {
+        let key = UvKey { position, uv, transform: transform.map(|transform| transform.key()) };
+        if let Some(&first) = begin.uvs.get(&key) {
             return Ok(first);
         }
         if self.accessors.count(uv)? != count {
@@ -218,18 +279,22 @@ impl Reader<'_> {
                 self.accessors.count(uv)?
             ));
         }
-        let uvs = self.accessors.vectors::<2>(uv)?;
+        let mut uvs = self.accessors.vectors::<2>(uv)?;
         self.within_reason(self.uvs.values.len() + uvs.len(), 0)?;
+        match transform {
+            Some(transform) => uvs.iter_mut().for_each(|uv| *uv = transform.apply(*uv)),
+            None => self.has_integer_uvs |= self.accessors.is_integers(uv)?,
+        }
         let first = self.uvs.values.len() as u32;
         self.uvs.values.extend(uvs.into_iter().map(|[u, v]| [u as f32, (1.0 - v) as f32]));
-        begin.uvs.insert((position, uv), first);
+        begin.uvs.insert(key, first);
         Ok(first)
     }
 
     /// A few bytes can place a mesh a million times, or let a million accessors share the same bytes. A real
     /// face has fewer vertices than its file has bytes, and about six corners for each vertex.
     fn within_reason(&self, vertices: usize, corners: usize) -> Result<()> {
-        let bytes = self.accessors.buffers.total;
+        let bytes = self.accessors.buffers.total();
         let limit = bytes.saturating_add(1 << 16).min(u64::from(u32::MAX));
         if vertices as u64 > limit || corners as u64 / 6 > limit {
             return self.unsupported(format!(
@@ -245,6 +310,13 @@ impl Reader<'_> {
         if self.skipped > 0 {
             log::warn!("{name}: {} primitives of points or lines were skipped", self.skipped);
         }
+        if self.has_integer_uvs {
+            log::warn!(
+                "{name}: has texture coordinates that are integers, and no texture that says what they stand for \
+                 (KHR_texture_transform); export it with its textures, or with texture coordinates as floats"
+            );
+        }
+        self.shown.warn(name);
         self.uvs.finish(&mut self.mesh, name);
         self.mesh.materials = self.materials.finish();
         let shapes = self.targets.map(Targets::finish).unwrap_or_default();

@@ -122,7 +122,7 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
             // What is neither has the error of the animation that it may be meant as.
             Err(error) => mesh_or_shapes(path).map_err(|_| error)?,
         },
-        "glb" | "gltf" => match AnimationInfo::read(path, reach) {
+        "glb" | "gltf" | "vrm" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or a damaged file, whose reader gives the better error.
             Err(_) => mesh_or_shapes(path)?,

@@ -24,6 +24,8 @@ fn whole() -> Vec<(Format, &'static [u8])> {
         (Format::Ply, include_bytes!("data/plyfile-big-endian.ply")),
         (Format::Ply, include_bytes!("data/trimesh.ply")),
         (Format::Gltf, include_bytes!("data/trimesh.glb")),
+        (Format::Gltf, include_bytes!("data/skin/gltfpack-vpf.glb")),
+        (Format::Gltf, include_bytes!("data/skin/draco-edgebreaker.glb")),
         (Format::Usd, USD),
     ]
 }

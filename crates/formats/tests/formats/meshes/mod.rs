@@ -2,11 +2,15 @@
 
 mod garbage;
 mod gltf;
+mod gltf_compressed;
+mod gltf_targets;
+mod gltf_uvs;
 mod like;
 mod obj;
 mod obj_round_trip;
 mod ply;
 mod shapes;
 mod shared;
+mod skins;
 mod support;
 mod usd;

@@ -122,7 +122,7 @@ fn wrong_shapes_are_one_sentence() {
         let said = message(read_shapes(Path::new(path)).map(|_| ()));
         assert!(said.contains("glb") && !has_shapes(Path::new(path)), "{said}");
     }
-    assert!(has_shapes(Path::new("Face.GLB")));
+    assert!(has_shapes(Path::new("Face.GLB")) && has_shapes(Path::new("avatar.vrm")));
 }
 
 #[test]
