@@ -137,7 +137,7 @@ impl CompressedView {
 pub fn is_placeholder(buffer: &Buffer) -> bool {
     let extensions = buffer.extensions.as_ref();
     let found = extensions.and_then(|e| EXTENSIONS.iter().find_map(|name| e.others.get(*name)));
-    found.and_then(|said| said.get("fallback")).and_then(|fallback| fallback.as_bool()).unwrap_or(false)
+    found.is_some_and(|said| said.get("fallback").is_some_and(|fallback| fallback == true))
 }
 
 /// Scratch memory. What callers ask for is bounded by them.

@@ -109,7 +109,7 @@ impl Skin {
             None => None,
         };
         let mut joints = Vec::with_capacity(skin.joints.len());
-        for (j, joint) in skin.joints.iter().map(|joint| joint.value()).enumerate() {
+        for (j, joint) in skin.joints.iter().map(::gltf::json::Index::value).enumerate() {
             let Some(transform) = nodes.transform(joint) else {
                 return fail(format!(
                     "has the joint {joint}, expected a node in a tree; the file is damaged"

@@ -87,7 +87,6 @@ fn a_shape_that_is_shown_at_rest_is_a_warning() {
     assert_eq!(shapes(&document).neutral.positions[1], [2.0, 0.0, 0.0]);
     let lines = logged.lines();
     assert!(lines.iter().any(|line| line.contains("\"shape 3\" (weight -1)")), "{lines:?}");
-    drop(logged);
     // The weights of the node win.
     document.json["nodes"][0]["weights"] = json!([0, 0, 0]);
     assert!(warnings(&document).is_empty());
