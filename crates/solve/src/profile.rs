@@ -1,5 +1,6 @@
 //! The tip of the nose, the chin and the width of a head, from the outlines of its mesh.
 use glam::DVec3;
+use std::ops::RangeInclusive;
 
 /// The height of a step along an outline, in widths of the head.
 const STEP: f64 = 0.04;
@@ -26,7 +27,7 @@ const THROAT: f64 = 0.3;
 const STAYS: usize = 4;
 
 /// The least and the largest height of the tip of the nose above the chin, in widths of the head.
-const HEIGHTS: [f64; 2] = [0.12, 0.8];
+const HEIGHTS: RangeInclusive<f64> = 0.12..=0.8;
 
 /// The face ends at the top so far above the tip of the nose, in heights of that tip above the chin.
 const FOREHEAD: [f64; 2] = [1.1, 1.5];
@@ -130,7 +131,7 @@ impl Profile {
         let has_throat = chin + STAYS <= last;
         let chin = at(chin, between[chin].max(nose.z - THROAT * width)) - DVec3::Y * 0.5 * STEP * width;
         let height = (nose.y - chin.y) / width;
-        if height < HEIGHTS[0] || height > HEIGHTS[1] {
+        if !HEIGHTS.contains(&height) {
             return None;
         }
         // The width again, now at the height of the cheeks.
