@@ -162,9 +162,17 @@ fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &OntoSurfac
     if let Some(far) = named(&|i| placed[i].distance * face.metres_per_unit > DOUBTFUL) {
         warnings.push(format!("markers farther than {} mm from the mesh: {far}", DOUBTFUL * 1e3));
     }
-    if let Some(aside) = named(&|i| placed[i].aside) {
+    let mut moved: Vec<String> = Vec::new();
+    for (label, placed) in handles.labels.iter().zip(placed) {
+        if let Some(other) = placed.beside {
+            moved.push(format!("{label} (at the place of {})", handles.labels[other]));
+        }
+    }
+    if !moved.is_empty() {
         warnings.push(format!(
-            "markers that got the next free vertex, because other markers are at their nearest place: {aside}"
+            "markers that got the next free vertex, because other markers are at their nearest place: {}; check \
+             that no marker is in the take under two labels",
+            moved.join(", ")
         ));
     }
     let side = |i: usize| side(&handles.labels[i]).map(|left| left == (laid.points[i].x > middle(face)));

@@ -17,6 +17,9 @@ const SEEDS: usize = 32;
 /// nothing.
 const SAME: f64 = 0.01;
 
+/// A part is symmetric if this share of its vertices have mirror images.
+const ENOUGH: f64 = 0.9;
+
 /// The face with the mirror images of its examples appended, named after them. `None` if no example asks for
 /// one.
 ///
@@ -71,6 +74,30 @@ pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Re
             rest.len()
         )
     })
+}
+
+/// The mirror images of the vertices of a part, such as the head of an avatar whose hair has none. `None` if
+/// less than a certain share of them have an image in the part.
+pub(crate) fn mirror_images_within(
+    rest: &[[f64; 3]],
+    faces: &Faces,
+    is_in: &[bool],
+) -> Option<Vec<Option<u32>>> {
+    if let Ok(images) = mirror_images(rest, faces) {
+        return Some(images.into_iter().map(Some).collect());
+    }
+    let kept: Vec<usize> = (0..rest.len()).filter(|&v| is_in[v]).collect();
+    let places: Vec<[f64; 3]> = kept.iter().map(|&v| rest[v]).collect();
+    let radii = reach(rest, faces);
+    let found = by_place(&places, &kept.iter().map(|&v| radii[v]).collect::<Vec<_>>());
+    if (found.iter().flatten().count() as f64) < ENOUGH * kept.len() as f64 {
+        return None;
+    }
+    let mut images = vec![None; rest.len()];
+    for (&v, image) in kept.iter().zip(found) {
+        images[v] = image.map(|w| kept[w as usize] as u32);
+    }
+    Some(images)
 }
 
 /// The search radius of each vertex's mirror image: a part of the mean edge at the vertex.

@@ -1,10 +1,10 @@
-//! Handles placed on a mesh: spread over its front, or where a frame's markers are.
+//! The part of a mesh for handles, and handles where a frame's markers are.
 use crate::align::aligned;
 use crate::exposure::exposure;
-use crate::mirror::mirror_images;
-use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Face, Remedy, Result, SurfacePoint, UpAxis, VertexId};
-use rhytid_geometry::geodesic::EdgeGraph;
+use crate::head::{self, Region};
+use crate::mirror::mirror_images_within;
+use glam::{DMat3, DVec2, DVec3};
+use rhytid_core::{Error, Face, Remedy, Result, SurfacePoint, VertexId};
 use rhytid_geometry::laplacian;
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::registration::OntoSurface;
@@ -21,6 +21,9 @@ const SEEN: f64 = 0.3;
 /// below this.
 const AHEAD: f64 = -0.1;
 
+/// The same bound for the front of the face, which handles are spread over.
+const FRONT: f64 = 0.05;
+
 /// A vertex that no example moves by more does not belong to the face, as at the neck and the ears.
 ///
 /// The bounds are in metres, and as a part of the movement of the vertex that moves farthest.
@@ -30,7 +33,7 @@ const MOVES: (f64, f64) = (1e-3, 0.08);
 /// exactly.
 const AT_VERTEX: f64 = 1e-4;
 
-/// Two markers in the same triangle are at least so far apart, in metres.
+/// Two markers are at least so far apart, in metres, or they are at one place.
 const APART: f64 = 5e-4;
 
 /// The least weight of the corner that a marker inside a triangle has for itself. With less, markers at the
@@ -42,20 +45,24 @@ const SIZES: f64 = 1.25;
 
 /// The part of a mesh that a marker can be glued to.
 pub struct Skin {
-    rest: Vec<DVec3>,
-    topology: Topology,
+    pub(crate) rest: Vec<DVec3>,
+    pub(crate) topology: Topology,
     /// V: whether a vertex may be a handle.
     open: Vec<bool>,
+    /// V: whether such a vertex is of the face's front, where handles are spread.
+    pub(crate) front: Vec<bool>,
+    /// V: the area around each vertex.
+    pub(crate) area: Vec<f64>,
     /// V: whether some example moves such a vertex; true for all of them without examples.
     moves: Vec<bool>,
     /// The corners of all triangles.
     triangles: Vec<[u32; 3]>,
     /// The triangles at vertices that may be handles.
     surface: Surface,
-    /// The mirror image of each vertex, if the mesh is symmetric.
-    images: Option<Vec<u32>>,
+    /// V: the mirror image of each vertex, if the face is symmetric. Vertices elsewhere may have none.
+    pub(crate) images: Option<Vec<Option<u32>>>,
     /// The face's right, up and forward axes.
-    axes: DMat3,
+    pub(crate) axes: DMat3,
     metres_per_unit: f64,
     /// Whether handles can be at vertices alone.
     at_vertices: bool,
@@ -68,46 +75,59 @@ pub struct Placed {
     pub point: SurfacePoint,
     /// The distance of that point from the place of the marker, in mesh units.
     pub distance: f64,
-    /// Whether the nearest point is too near other markers, so that the marker got the next free vertex.
-    pub aside: bool,
+    /// The marker that has the nearest place, so that this one got the next free vertex.
+    pub beside: Option<usize>,
 }
 
 impl Skin {
     /// The skin of a face, on which handles lie at any point or, where they turn, at vertices. It is the
-    /// outside of its largest part, without the back of the head.
+    /// outside of the head that [`head::find`] finds, without the back of the head.
     ///
     /// The insides of mouth and nostrils and the parts behind lids are left out. The face's handles do not
     /// matter.
     ///
     /// # Errors
-    /// [`Error::Input`] if nothing is left. This is so for a mesh without faces, and for one that looks
-    /// another way than along +Z (up Y) or −Y (up Z).
+    /// As [`head::find`]; [`Error::Input`] if nothing is left. This is so for a mesh without faces, and for one
+    /// that looks another way than along +Z (up Y) or −Y (up Z).
     pub fn from_face(face: &Face) -> Result<Self> {
         let in_place = aligned(face);
         let face = in_place.as_ref().map_or(face, |(face, _)| face);
+        has_faces(face)?;
+        Self::in_place(face, &head::find_in_place(face, &[], None)?)
+    }
+
+    /// As [`Skin::from_face`], for a head that is found already.
+    ///
+    /// # Errors
+    /// As [`Skin::from_face`]; [`Error::Input`] if the region is of another mesh.
+    pub fn from_region(face: &Face, region: &Region) -> Result<Self> {
+        let in_place = aligned(face);
+        Self::in_place(in_place.as_ref().map_or(face, |(face, _)| face), region)
+    }
+
+    fn in_place(face: &Face, region: &Region) -> Result<Self> {
+        has_faces(face)?;
         let positions = &face.neutral.positions;
-        if face.neutral.faces.fault(positions.len()).is_some() || face.neutral.faces.is_empty() {
-            return Err(Error::bad_topology(
-                "the neutral mesh has no faces, or a face with a fault; the doctor says what is wrong with \
-                 it",
-            )
-            .with_remedies(&[Remedy::Examine]));
+        if region.vertices.len() != positions.len() {
+            return Err(Error::input(format!(
+                "the head is known for a mesh of {} vertices, and the neutral has {}; find it in the neutral",
+                region.vertices.len(),
+                positions.len()
+            )));
         }
         let triangles = triangulate(&face.neutral);
         let topology = Topology::new(positions.len(), &triangles);
         let rest: Vec<DVec3> = positions.iter().copied().map(DVec3::from_array).collect();
-        let axes = match face.up_axis {
-            UpAxis::Y => DMat3::IDENTITY,
-            UpAxis::Z => DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y),
-        };
-        let seen = exposure(positions, &triangles, &topology);
+        let axes = head::axes(face.up_axis);
+        let seen = seen_of_head(positions, &triangles, region);
         let area = laplacian::laplacian(positions, &triangles).mass;
         let ahead = |v: usize| {
             let normal = normals::vertex_normal(positions, &triangles, topology.vertex_triangles.at(v));
-            DVec3::from_array(normal).dot(axes.z_axis) > AHEAD
+            DVec3::from_array(normal).dot(axes.z_axis)
         };
-        let mut open: Vec<bool> =
-            (0..rest.len()).map(|v| area[v] > 0.0 && seen[v] >= SEEN && ahead(v)).collect();
+        let mut open: Vec<bool> = (0..rest.len())
+            .map(|v| region.vertices[v] && area[v] > 0.0 && seen[v] >= SEEN && ahead(v) > AHEAD)
+            .collect();
         // Eyes, teeth and lashes are parts of their own.
         let with_area = triangles.iter().filter(|t| !is_degenerate(t.map(|v| rest[v as usize])));
         let (component, count) = components(rest.len(), with_area);
@@ -134,7 +154,34 @@ impl Skin {
                  and examples that move it",
             ));
         }
-        let images = mirror_images(positions, &face.neutral.faces).ok();
+        let images = mirror_images_within(positions, &face.neutral.faces, &open);
+        let mut front = moves.clone();
+        if let Some(profile) = &region.profile {
+            let place = |v: usize| axes.transpose() * rest[v];
+            let in_front = |v: &usize| open[*v] && ahead(*v) > FRONT && profile.has_in_front(place(*v));
+            let in_front: Vec<usize> = (0..rest.len()).filter(in_front).collect();
+            // Skin between what the examples move is of the face too, such as the bridge of the nose.
+            let moving = in_front.iter().filter(|v| moves[**v]).map(|v| place(*v).truncate());
+            let (low, high) = moving
+                .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            front.fill(false);
+            for v in in_front {
+                let place = place(v).truncate();
+                front[v] = place.cmpge(low).all() && place.cmple(high).all();
+            }
+        } else {
+            log::warn!(
+                "the front of the face is not found: expected a nose between cheeks, and a chin; handles are \
+                 spread over all that is seen or moves; look at the picture"
+            );
+        }
+        if let Some(images) = &images {
+            let is_in = |v: u32| front[v as usize];
+            front = images.iter().zip(0..).map(|(image, v)| is_in(v) && image.is_some_and(is_in)).collect();
+        }
+        if front.iter().filter(|front| **front).count() < 4 {
+            front.clone_from(&moves);
+        }
         let is_open = |t: &&[u32; 3]| t.iter().any(|&v| open[v as usize]);
         let corners = |(i, t): (usize, &[u32; 3])| (i, t.map(|v| rest[v as usize]));
         let corners = triangles.iter().enumerate().filter(|(_, t)| is_open(t)).map(corners);
@@ -142,6 +189,8 @@ impl Skin {
         Ok(Self {
             topology,
             open,
+            front,
+            area,
             moves,
             surface,
             images,
@@ -151,74 +200,6 @@ impl Skin {
             rest,
             triangles,
         })
-    }
-
-    /// Vertices for `count` handles, spread over the vertices that the examples move, after the `kept` ones.
-    ///
-    /// Each next vertex is the farthest along the mesh from those before it. On a symmetric mesh the handles
-    /// are symmetric too, and there may be one more or less.
-    pub fn spread(&self, count: usize, kept: &[VertexId]) -> Vec<VertexId> {
-        let rest: Vec<[f64; 3]> = self.rest.iter().map(DVec3::to_array).collect();
-        let graph = EdgeGraph::new(&rest, &self.topology);
-        let mut nearest = vec![f64::INFINITY; self.rest.len()];
-        let mut chosen: Vec<VertexId> = Vec::new();
-        let add = |v: VertexId, nearest: &mut Vec<f64>, chosen: &mut Vec<VertexId>| {
-            chosen.push(v);
-            let mut distances = vec![0.0; nearest.len()];
-            let before = nearest.clone();
-            graph.distances(&v.into(), |w| before[w as usize], &mut distances);
-            for (near, distance) in nearest.iter_mut().zip(distances) {
-                *near = near.min(distance);
-            }
-        };
-        kept.iter().for_each(|&v| add(v, &mut nearest, &mut chosen));
-        if chosen.is_empty() {
-            // The foremost vertex, usually the tip of the nose.
-            let forward = |v: &usize| self.rest[*v].dot(self.axes.z_axis);
-            let first = self.moving().max_by(|a, b| forward(a).total_cmp(&forward(b)));
-            first.into_iter().for_each(|v| add(VertexId::from_index(v), &mut nearest, &mut chosen));
-        }
-        while chosen.len() < count {
-            let farthest = self.moving().filter(|&v| !chosen.contains(&VertexId::from_index(v)));
-            let Some(v) = farthest.max_by(|&a, &b| nearest[a].total_cmp(&nearest[b]).then(b.cmp(&a))) else {
-                break;
-            };
-            let image = VertexId(self.images.as_ref().map_or(v as u32, |images| images[v]));
-            let apart = self.rest[v].distance(self.rest[image.index()]);
-            let alone = nearest[v];
-            add(VertexId::from_index(v), &mut nearest, &mut chosen);
-            // Near the middle, one handle is enough for both sides.
-            if apart > 0.5 * alone && self.moves[image.index()] && !chosen.contains(&image) {
-                add(image, &mut nearest, &mut chosen);
-            }
-        }
-        chosen
-    }
-
-    /// Labels for spread handles: `m01`, `m02` and so on.
-    ///
-    /// Mirror images share a number and end with `_l` and `_r`. Left is the face's own left side, +x.
-    pub fn labels(&self, vertices: &[VertexId]) -> Vec<String> {
-        let mut labels = vec![String::new(); vertices.len()];
-        let mut number = 0;
-        for i in 0..vertices.len() {
-            if !labels[i].is_empty() {
-                continue;
-            }
-            number += 1;
-            let image = self.images.as_ref().map(|images| VertexId(images[vertices[i].index()]));
-            let other = image.filter(|image| *image != vertices[i]);
-            match other.and_then(|image| vertices.iter().position(|v| *v == image)) {
-                Some(j) => {
-                    let is_left = self.rest[vertices[i].index()].x > self.rest[vertices[j].index()].x;
-                    let sides = if is_left { ["l", "r"] } else { ["r", "l"] };
-                    labels[i] = format!("m{number:02}_{}", sides[0]);
-                    labels[j] = format!("m{number:02}_{}", sides[1]);
-                }
-                None => labels[i] = format!("m{number:02}"),
-            }
-        }
-        labels
     }
 
     /// Lays markers over the skin, and gives each marker a point of its own.
@@ -260,7 +241,7 @@ impl Skin {
         for (placed, point) in
             placed.iter_mut().zip(known).filter_map(|(placed, point)| Some((placed, (*point)?)))
         {
-            *placed = Some(Placed { point, distance: 0.0, aside: false });
+            *placed = Some(Placed { point, distance: 0.0, beside: None });
             taken[point.nearest_vertex().index()] = true;
         }
         // The marker nearest to the surface gets its point first.
@@ -280,9 +261,14 @@ impl Skin {
             if let Some((point, own)) = self.inside(laid.points[i], &placed, &taken) {
                 taken[own.index()] = true;
                 let distance = self.at(&point).distance(laid.points[i]);
-                placed[i] = Some(Placed { point, distance, aside: false });
+                placed[i] = Some(Placed { point, distance, beside: None });
                 continue;
             }
+            let nearest_of = |place: DVec3, placed: &[Option<Placed>]| {
+                let far = |j: usize| Some((self.at(&placed[j].as_ref()?.point).distance(place), j));
+                let all = (0..placed.len()).filter_map(far);
+                all.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, j)| j)
+            };
             let on = surface.closest(laid.points[i]).map_or(laid.points[i], |closest| closest.point);
             let nearest = |among: &dyn Fn(usize) -> bool| {
                 let near = |v: &usize| self.rest[*v].distance_squared(on);
@@ -290,12 +276,20 @@ impl Skin {
                     .filter(|&v| self.open[v] && among(v))
                     .min_by(|a, b| near(a).total_cmp(&near(b)))
             };
-            let v = nearest(&|v| !taken[v])
+            let is_free = |v: usize| !taken[v] && self.is_apart(self.rest[v], &placed);
+            // A coarse mesh can have no vertex that is far enough from all the others.
+            let v = nearest(&is_free)
+                .or_else(|| nearest(&|v| !taken[v]))
                 .ok_or_else(|| Error::out_of_range("there are more markers than vertices for them"))?;
-            let aside = nearest(&|_| true) != Some(v);
+            let wished = nearest(&|_| true).map_or(on, |wished| self.rest[wished]);
+            let beside = match (self.is_apart(on, &placed), self.rest[v] == wished) {
+                (true, true) => None,
+                (true, false) => nearest_of(wished, &placed),
+                (false, _) => nearest_of(on, &placed),
+            };
             taken[v] = true;
             let point = VertexId::from_index(v).into();
-            placed[i] = Some(Placed { point, distance: self.rest[v].distance(laid.points[i]), aside });
+            placed[i] = Some(Placed { point, distance: self.rest[v].distance(laid.points[i]), beside });
         }
         Ok((laid, placed.into_iter().flatten().collect()))
     }
@@ -318,18 +312,20 @@ impl Skin {
         let found =
             self.surface.closest_that(marker, f64::INFINITY, is_open).filter(|_| !self.at_vertices)?;
         let point = SurfacePoint::new(self.triangles[found.triangle].map(VertexId), found.weights)?;
-        let metres = |a: DVec3, b: DVec3| a.distance(b) * self.metres_per_unit;
-        if metres(self.at(&point), self.rest[point.nearest_vertex().index()]) < AT_VERTEX {
-            return None;
-        }
-        let shares = |other: &SurfacePoint| other.corners().any(|(v, _)| point.has(v));
-        let mut near = placed.iter().flatten().filter(|other| shares(&other.point));
-        if near.any(|other| metres(self.at(&other.point), self.at(&point)) < APART) {
+        let corner = self.rest[point.nearest_vertex().index()];
+        let off = self.at(&point).distance(corner) * self.metres_per_unit;
+        if off < AT_VERTEX || !self.is_apart(self.at(&point), placed) {
             return None;
         }
         let is_free = |(v, weight): &(VertexId, f64)| !taken[v.index()] && *weight >= LEAST_OWN;
         let own = point.corners().filter(is_free).max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some((point, own.0))
+    }
+
+    /// Whether a place is not that of another marker.
+    fn is_apart(&self, place: DVec3, placed: &[Option<Placed>]) -> bool {
+        let far = |other: &Placed| self.at(&other.point).distance(place) * self.metres_per_unit >= APART;
+        placed.iter().flatten().all(far)
     }
 
     /// The distance of a point from the skin, in mesh units.
@@ -352,4 +348,36 @@ impl Skin {
         let off = |scale: f64| (scale * spread / (0.9 * extent)).ln().abs();
         units.into_iter().min_by(|a, b| off(*a).total_cmp(&off(*b))).unwrap_or(1.0)
     }
+}
+
+fn has_faces(face: &Face) -> Result<()> {
+    let faces = &face.neutral.faces;
+    if faces.fault(face.neutral.positions.len()).is_some() || faces.is_empty() {
+        return Err(Error::bad_topology(
+            "the neutral mesh has no faces, or a face with a fault; the doctor says what is wrong with it",
+        )
+        .with_remedies(&[Remedy::Examine]));
+    }
+    Ok(())
+}
+
+/// The exposure of the head's vertices, V. Only its eyeballs hide them as well: a handle may lie under hair.
+fn seen_of_head(positions: &[[f64; 3]], triangles: &[[u32; 3]], region: &Region) -> Vec<f64> {
+    let kept: Vec<usize> = (0..positions.len()).filter(|&v| region.vertices[v] || region.is_eye[v]).collect();
+    let mut numbers = vec![None; positions.len()];
+    for (number, &v) in (0_u32..).zip(&kept) {
+        numbers[v] = Some(number);
+    }
+    let renumbered = |[a, b, c]: &[u32; 3]| -> Option<[u32; 3]> {
+        Some([numbers[*a as usize]?, numbers[*b as usize]?, numbers[*c as usize]?])
+    };
+    let triangles: Vec<[u32; 3]> = triangles.iter().filter_map(renumbered).collect();
+    let places: Vec<[f64; 3]> = kept.iter().map(|&v| positions[v]).collect();
+    let mut seen = vec![0.0; positions.len()];
+    for (v, exposure) in
+        kept.iter().zip(exposure(&places, &triangles, &Topology::new(kept.len(), &triangles)))
+    {
+        seen[*v] = exposure;
+    }
+    seen
 }

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 /// A mesh of the shared data with its poses, and no handles.
-fn face(shared: &Path, name: &str, metres_per_unit: f64) -> Face {
+pub(super) fn face(shared: &Path, name: &str, metres_per_unit: f64) -> Face {
     let folder = shared.join("data").join(name);
     let path = folder.join("neutral.obj");
     let neutral = mesh::read(&path).unwrap();
@@ -232,4 +232,26 @@ fn markers_of_other_names_are_matched_by_where_they_are() {
             assert!(2 * unsure >= wrong.len(), "{wrong:?}");
         }
     }
+}
+
+#[test]
+fn a_marker_under_two_labels_is_named_with_the_other() {
+    let Some(shared) = shared("") else { return };
+    let mut raw = raw_take::read(&shared.join("data/takes/rom_3_raw.c3d"), None).unwrap();
+    let head = face(&shared, "makehuman", 0.1);
+    let before = placed(&head, &raw);
+    assert!(!before.warnings.iter().any(|warning| warning.contains("mp30")), "{:?}", before.warnings);
+    // The tip of the nose a second time, under another label.
+    let (tracks, settings) =
+        (&mut raw.tracks, HandleSettings { frame: Some(before.frame), ..Default::default() });
+    let tip = tracks.labels.iter().position(|label| label == "mp30").unwrap();
+    let count = tracks.labels.len();
+    tracks.labels.push("twin".into());
+    tracks.positions =
+        tracks.positions.chunks(count).flat_map(|frame| [frame, &frame[tip..=tip]].concat()).collect();
+    let found = place_handles(&head, &raw, &settings).unwrap();
+    let at = places(&head, &found.handles);
+    assert!(at["mp30"].distance(at["twin"]) > 0.5, "two handles at one place");
+    let said = found.warnings.iter().find(|warning| warning.contains("next free vertex")).unwrap();
+    assert!(said.contains("twin (at the place of mp30)"), "{said}");
 }

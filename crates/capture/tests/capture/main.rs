@@ -4,4 +4,5 @@ mod coverage;
 mod handles;
 mod real_take;
 mod repairs;
+mod spread;
 mod steps;

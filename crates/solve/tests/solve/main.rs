@@ -3,6 +3,7 @@ mod choice;
 mod confidence;
 mod contact;
 mod doctor;
+mod head;
 mod large_scale;
 mod openings;
 mod parts;
