@@ -2,6 +2,7 @@
 use crate::align::aligned;
 use crate::exposure::exposure;
 use crate::mirror::mirror_images;
+use crate::welded::{Welded, named_by_first};
 use glam::{DMat3, DVec3};
 use rhytid_core::{Error, Face, Remedy, Result, SurfacePoint, UpAxis, VertexId};
 use rhytid_geometry::geodesic::EdgeGraph;
@@ -72,6 +73,14 @@ pub struct Placed {
     pub aside: bool,
 }
 
+/// V: the lowest vertex at the mirror image of each vertex's point. `None` if some point has none.
+fn images_of_points(welded: &Welded) -> Option<Vec<u32>> {
+    let Welded { points, face } = welded;
+    let name = |point: usize| points.first[point];
+    let images = mirror_images(&face.neutral.positions, &face.neutral.faces, name).ok()?;
+    Some(points.of_vertex.iter().map(|&point| name(images[point as usize] as usize).0).collect())
+}
+
 impl Skin {
     /// The skin of a face, on which handles lie at any point or, where they turn, at vertices. It is the
     /// outside of its largest part, without the back of the head.
@@ -85,6 +94,9 @@ impl Skin {
     pub fn from_face(face: &Face) -> Result<Self> {
         let in_place = aligned(face);
         let face = in_place.as_ref().map_or(face, |(face, _)| face);
+        let welded = Welded::new(face);
+        let named = welded.as_ref().map(|welded| named_by_first(face, &welded.points));
+        let face = named.as_ref().unwrap_or(face);
         let positions = &face.neutral.positions;
         if face.neutral.faces.fault(positions.len()).is_some() || face.neutral.faces.is_empty() {
             return Err(Error::bad_topology(
@@ -134,7 +146,10 @@ impl Skin {
                  and examples that move it",
             ));
         }
-        let images = mirror_images(positions, &face.neutral.faces).ok();
+        let images = match &welded {
+            Some(welded) => images_of_points(welded),
+            None => mirror_images(positions, &face.neutral.faces, VertexId::from_index).ok(),
+        };
         let is_open = |t: &&[u32; 3]| t.iter().any(|&v| open[v as usize]);
         let corners = |(i, t): (usize, &[u32; 3])| (i, t.map(|v| rest[v as usize]));
         let corners = triangles.iter().enumerate().filter(|(_, t)| is_open(t)).map(corners);

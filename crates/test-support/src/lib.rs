@@ -14,6 +14,7 @@ pub mod points;
 mod rigs;
 pub mod sheet;
 mod skip;
+pub mod split;
 
 pub use data::{installed, python, python_usd_24_3, root, shared};
 pub use logged::Logged;

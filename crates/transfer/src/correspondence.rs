@@ -114,7 +114,7 @@ pub(crate) fn correspondence(
     let whole = DMat3::from_quat(overall.rotation) * overall.scale;
     let (at_from, warped, places) = if same_topology {
         let places = (0..rest.len() as u32).map(|v| Ok(Place::at(VertexId(v).into()))).collect();
-        (VertexTriangles::new(rest.len(), &from.surface().triangles), to_rest, places)
+        (from.surface().vertex_triangles(), to_rest, places)
     } else {
         let scaled: Vec<DVec3> = rest.iter().map(|p| overall.apply(*p)).collect();
         let points: Vec<[f64; 3]> = scaled.iter().map(DVec3::to_array).collect();

@@ -94,7 +94,7 @@ pub fn transfer(
     let mut found = correspondence(from, to, &landmarks, overall, spacing, progress)?;
     let triangles = triangulate(&to.neutral);
     if !found.same_topology {
-        let at_vertices = VertexTriangles::new(rest.len(), &from.surface().triangles);
+        let at_vertices = from.surface().vertex_triangles();
         let moved = shapes.iter().map(|shape| {
             let of_first = stretches(&rest, &shape.full, &from.surface().triangles, &at_vertices);
             (carried_everywhere(&found, &shape.full, &rest), of_first)

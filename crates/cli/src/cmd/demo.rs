@@ -342,6 +342,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
             neutral: "neutral.obj".into(),
             units,
             up: face.up_axis,
+            weld: None,
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples,

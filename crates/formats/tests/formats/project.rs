@@ -92,6 +92,7 @@ fn full() -> Project {
             neutral: "neutral.obj".into(),
             units: Units::Centimetres,
             up: UpAxis::Z,
+            weld: None,
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
@@ -175,7 +176,13 @@ fn what_is_left_out_has_its_default() {
         Project {
             method: Method::Learned,
             align: true,
-            mesh: MeshSection { name: None, neutral: "n.obj".into(), units: Units::Metres, up: UpAxis::Y },
+            mesh: MeshSection {
+                name: None,
+                neutral: "n.obj".into(),
+                units: Units::Metres,
+                up: UpAxis::Y,
+                weld: None
+            },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
             prior: None,
@@ -303,6 +310,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             name: mesh.0,
             neutral: mesh.1,
             units: mesh.2,
+            weld: None,
             up: if mesh.3 { UpAxis::Z } else { UpAxis::Y },
         },
         handles: HandlesSection { vertices },

@@ -9,7 +9,7 @@ use rhytid_core::{
     Error, Example, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges,
     SurfacePoint, UpAxis, VertexId, named_file,
 };
-use rhytid_geometry::Axes;
+use rhytid_geometry::{Axes, Points};
 use rhytid_meshes as mesh;
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
@@ -33,6 +33,7 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
             let key = format!("[[example]] {:?}: take", section.name);
             let take = existing(path, take, &key, reach)?;
             let unit = face.metres_per_unit;
+            let before = example.positions.clone();
             sculpted::place_handles(
                 &mut example.positions,
                 &face.handles,
@@ -41,6 +42,9 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
                 frame,
                 &section.name,
             )?;
+            if let Some(points) = points(project, &face.neutral, &before) {
+                points.follow(&before, &mut example.positions);
+            }
         }
     }
     if let Edges::File(edges) = &project.strain.edges {
@@ -64,6 +68,8 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         let example_path = existing(path, &example.mesh, &key, reach)?;
         let mut positions = mesh::read_like(&neutral, &neutral_path, &example_path)?;
         to_neutral(&mut positions, example, project);
+        let has_map = example.displacement.is_some() || example.normal_map.is_some();
+        let points = if has_map { points(project, &neutral, &positions) } else { None };
         if let (Some(map), Some(millimetres)) = (&example.displacement, example.millimetres) {
             let key = format!("[[example]] {:?}: displacement", example.name);
             let map = existing(path, map, &key, reach)?;
@@ -75,6 +81,10 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             let strength = example.strength.unwrap_or(1.0);
             positions =
                 sculpted::with_normal_map(&neutral, &neutral_path, positions, &map, example.green, strength)?;
+        }
+        // A map has both sides of a seam, and the normals there differ.
+        if let Some(points) = points {
+            points.even_out(&mut positions);
         }
         Ok(Example { name: example.name.clone(), positions, mirror: example.mirror, noise: example.noise })
     };
@@ -100,6 +110,7 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
         examples,
         prior,
         settings: Settings {
+            weld: project.mesh.welds(),
             bending_length: project.large_scale.bending_length,
             rotations: project.large_scale.rotations,
             method: match project.method {
@@ -114,6 +125,11 @@ pub fn load_without_handles(project: &Project, path: &Path, reach: Reach) -> Res
             max_influences: project.fine_scale.max_influences,
         },
     })
+}
+
+/// The points of the neutral and of an example's positions, if the project joins vertices.
+fn points(project: &Project, neutral: &Mesh, example: &[[f64; 3]]) -> Option<Points> {
+    project.mesh.welds().then(|| Points::new(neutral, &[example])).flatten()
 }
 
 /// Takes an example's positions from the space of its file to the neutral's.

@@ -130,7 +130,7 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
 const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 fn mesh(section: &Section<'_>) -> Result<MeshSection> {
-    section.allow(&["name", "neutral", "units", "up"])?;
+    section.allow(&["name", "neutral", "units", "up", "weld"])?;
     let neutral = section.path("neutral", "the file of the neutral mesh")?;
     let name = section.text("name", "a name")?;
     if let Some(name) = name.filter(|name| name.trim().is_empty()) {
@@ -143,7 +143,7 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
         Some("z" | "Z") => UpAxis::Z,
         Some(other) => return Err(section.wrong("up", &quoted(other), "\"y\" or \"z\"")),
     };
-    Ok(MeshSection { name: name.map(str::to_owned), neutral, units, up })
+    Ok(MeshSection { name: name.map(str::to_owned), neutral, units, up, weld: section.truth("weld")? })
 }
 
 const UNITS: &str = "\"m\", \"cm\", \"mm\", \"in\" or a number above 0, the metres in one mesh unit";

@@ -8,3 +8,4 @@ mod openings;
 mod parts;
 mod pins;
 mod points;
+mod welded;
