@@ -65,14 +65,13 @@ pub use placement::{Placed, Skin};
 pub use refine::Refine;
 pub use soft_shell::SoftShell;
 pub use system::System;
-pub use welded::points;
+pub use welded::{Welded, points};
 
 use rhytid_core::{
     Bind, Contact, Error, Examples, Face, FineScale, HandleId, HandleSet, Influences, Learned, Method,
     Progress, Result, Rig, RigParts, StrainEdges, Surface, Table, VertexId,
 };
 use rhytid_geometry::{Topology, geodesic, laplacian, triangulate};
-use welded::Welded;
 
 /// ℓ where the user gives none: the mean rest length of the strain edges, which join neighbouring handles.
 ///

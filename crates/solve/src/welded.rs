@@ -26,14 +26,19 @@ pub fn points(face: &Face) -> Option<Points> {
 }
 
 /// A face with one vertex for each point.
-pub(crate) struct Welded {
+pub struct Welded {
+    /// The points of the face that was welded.
     pub points: Points,
+    /// The face, without texture coordinates and materials.
     pub face: Face,
 }
 
 impl Welded {
-    /// `None` as for [`points`]. The doctor finds no error in the face.
-    pub(crate) fn new(face: &Face) -> Option<Self> {
+    /// `None` as for [`points`].
+    ///
+    /// # Panics
+    /// If the face has a handle or a pin that is no vertex. [`check`](crate::check) finds it.
+    pub fn new(face: &Face) -> Option<Self> {
         let points = points(face)?;
         let chosen = |positions: &[[f64; 3]]| points.first.iter().map(|v| positions[v.index()]).collect();
         let point = |v: VertexId| VertexId(points.of_vertex[v.index()]);
@@ -171,7 +176,8 @@ impl Welded {
         vertices
     }
 
-    fn each<E: Clone>(&self, of_points: &[E]) -> Vec<E> {
+    /// V elements from those of the U points.
+    pub fn each<E: Clone>(&self, of_points: &[E]) -> Vec<E> {
         self.points.of_vertex.iter().map(|&point| of_points[point as usize].clone()).collect()
     }
 

@@ -1,12 +1,12 @@
 //! Faces whose files split their vertices are solved as if they were whole.
 use rhytid_core::{Example, Face, Faces, Handles, Mesh, NoProgress, Rig, Settings, UpAxis, VertexId};
 use rhytid_solve::{Severity, examine, points, solve, solve_in_full};
-use rhytid_test_support::split::{Split, left_or_right, split};
+use rhytid_test_support::split::{SplitFace, left_or_right, split};
 use rhytid_test_support::{eye, lips, sheet};
 
 /// The face with a seam down the middle, and with flat shading.
-fn splits(face: &Face) -> [Split; 2] {
-    [split(face, left_or_right(face)), split(face, |f, _| f)]
+fn splits(face: &Face) -> [SplitFace; 2] {
+    [split(face, left_or_right(&face.neutral)), split(face, |f, _| f)]
 }
 
 /// What the rig of the whole face says of each vertex of the split one, to the bit.
@@ -75,7 +75,7 @@ fn assert_same(whole: &Rig<f64>, found: &Rig<f64>, of_vertex: &[u32]) {
 fn a_split_face_has_the_rig_of_the_whole_one_to_the_bit() {
     for face in [sheet::face(), lips::face(), eye::face()] {
         let whole = solve(&face, &NoProgress).unwrap();
-        for Split { face, of_vertex } in splits(&face) {
+        for SplitFace { face, of_vertex } in splits(&face) {
             let joined = points(&face).unwrap();
             assert_eq!(joined.of_vertex, of_vertex, "{}", face.name);
             let solved = solve_in_full(&face, false, &NoProgress).unwrap();
@@ -95,7 +95,7 @@ fn a_split_face_has_the_rig_of_the_whole_one_to_the_bit() {
 fn without_the_join_each_side_is_by_itself() {
     let face = sheet::face();
     let whole = solve(&face, &NoProgress).unwrap();
-    let Split { mut face, of_vertex } = split(&face, left_or_right(&face));
+    let SplitFace { mut face, of_vertex } = split(&face, left_or_right(&face.neutral));
     face.settings.weld = false;
     let rig = solve(&face, &NoProgress).unwrap();
     let worst = of_vertex.iter().enumerate().flat_map(|(v, &of)| {

@@ -73,6 +73,7 @@ impl ProjectInfo {
     }
 
     fn new(face: Face, prior: Option<PriorInfo>) -> Self {
+        let points = points(&face).map_or(face.neutral.positions.len(), |points| points.len());
         Self {
             prior,
             name: face.name,
@@ -80,7 +81,7 @@ impl ProjectInfo {
             up: face.up_axis,
             shape: Shape::from_mesh(&face.neutral),
             weld: face.settings.weld,
-            points: points(&face).map_or(face.neutral.positions.len(), |points| points.len()),
+            points,
             handles: face.handles.labels.len(),
             labels: face.handles.labels,
             examples: face.examples.into_iter().map(|example| example.name).collect(),
