@@ -1,6 +1,5 @@
 //! The references of all kernels, run one after the other.
 use rhytid_core::{HandleId, Rig, Stage, StrainEdgeId, Table, VertexId};
-use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{
     Real, bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vec3,
     vector_differences,
@@ -74,7 +73,7 @@ pub fn evaluate<T: Real>(rig: &Rig<T>, handle_positions: &[[T; 3]]) -> Results<T
         &band_offsets,
         &mut results.large_scale,
     );
-    let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
+    let vertex_triangles = rig.surface().vertex_triangles();
     let normals_of = |positions: &[[T; 3]], vertex_normals: &mut [[T; 3]]| {
         let params = normals::Params::whole(frames, vertices);
         normals::normals(params, positions, &rig.surface().triangles, &vertex_triangles, vertex_normals);

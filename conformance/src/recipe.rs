@@ -152,6 +152,7 @@ impl Recipe {
                 triangles,
                 rest,
                 tangent_neighbors: (0..vertices).map(|v| VertexId::from_index((v + 1) % vertices)).collect(),
+                joined: None,
             },
             handles: HandleSet {
                 labels: (0..handles).map(|h| format!("m{h}")).collect(),

@@ -7,7 +7,6 @@ use crate::expected::Expected;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
 use rayon::prelude::*;
 use rhytid_core::{BasisStorage, Rig, Stage, StrainEdgeId, Table};
-use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, vec3};
 
 /// A case, and a device's result of each stage.
@@ -232,7 +231,7 @@ fn unit(v: [f64; 3], error: [f64; 3]) -> [Expected; 3] {
 
 fn vertex_normals(rig: &Rig<f64>, positions: &[[f64; 3]]) -> Vec<[Expected; 3]> {
     let vertices = rig.vertices();
-    let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
+    let vertex_triangles = rig.surface().vertex_triangles();
     let positions = Table::new(positions.len() / vertices, vertices, positions.to_vec());
     of_vertices(positions.height(), vertices, |frame, v| {
         let p = positions.row(frame);

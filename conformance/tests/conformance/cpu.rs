@@ -58,7 +58,7 @@ fn kernel_of(found: &Found, stage: Stage) -> Vec<f64> {
             normals::Params::whole(frames, vertices),
             &vectors(positions),
             &rig.surface().triangles,
-            &VertexTriangles::new(vertices, &rig.surface().triangles),
+            &rig.surface().vertex_triangles(),
             &mut out,
         );
     };

@@ -46,7 +46,7 @@ impl Group {
     pub(crate) fn new(rig: &Rig) -> Self {
         let vertices = rig.vertices();
         Self {
-            mesh: GroupMesh::new(vertices, &rig.surface().triangles),
+            mesh: GroupMesh::new(vertices, &rig.surface().triangles, &rig.surface().vertex_triangles()),
             smooth: Vec::new(),
             fine: vec![ZERO; vertices],
         }

@@ -19,8 +19,7 @@ pub(crate) struct GroupMesh {
 }
 
 impl GroupMesh {
-    pub(crate) fn new(vertices: usize, triangles: &[[u32; 3]]) -> Self {
-        let vertex_triangles = VertexTriangles::new(vertices, triangles);
+    pub(crate) fn new(vertices: usize, triangles: &[[u32; 3]], vertex_triangles: &VertexTriangles) -> Self {
         let mut mesh = Self { offsets: vec![0], pairs: Vec::new() };
         for v in 0..vertices {
             mesh.pairs.extend(pairs(vertex_triangles.at(v).iter().map(|&t| triangles[t as usize])));

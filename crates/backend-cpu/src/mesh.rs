@@ -17,6 +17,9 @@ pub(crate) struct BlockMesh {
     own: Range<usize>,
     others: Vec<u32>,
     numbers: Numbers,
+    /// The block's vertices that are not the lowest of their points, each with the lowest, by the block's own
+    /// numbers.
+    copies: Vec<[u32; 2]>,
 }
 
 /// Pairs of triangles, and tangent neighbours, in as few bytes as the block's numbers need.
@@ -48,18 +51,20 @@ impl Near {
 }
 
 impl BlockMesh {
-    /// For all blocks of a rig.
+    /// For all blocks of a rig. `triangles` are its joined ones. `first` is the lowest vertex of a vertex's
+    /// point.
     pub(crate) fn all(
         length: usize,
         vertices: usize,
         triangles: &[[u32; 3]],
         vertex_triangles: &VertexTriangles,
         tangent_neighbors: &[u32],
+        first: impl Fn(u32) -> u32 + Sync,
     ) -> Vec<Self> {
         let blocks: Vec<_> = blocks(vertices, length).collect();
         blocks
             .into_par_iter()
-            .map(|own| Self::new(own, triangles, vertex_triangles, tangent_neighbors))
+            .map(|own| Self::new(own, triangles, vertex_triangles, tangent_neighbors, &first))
             .collect()
     }
 
@@ -68,13 +73,16 @@ impl BlockMesh {
         triangles: &[[u32; 3]],
         vertex_triangles: &VertexTriangles,
         tangent_neighbors: &[u32],
+        first: impl Fn(u32) -> u32,
     ) -> Self {
+        let copies = || (own.start as u32..own.end as u32).filter(|&v| first(v) != v);
         let mut ids: Vec<u32> = own.clone().flat_map(|v| vertex_triangles.at(v)).copied().collect();
         ids.sort_unstable();
         ids.dedup();
         let pairs = pairs(ids.iter().map(|&t| triangles[t as usize]));
         let neighbors = &tangent_neighbors[own.clone()];
         let all = pairs.iter().flatten().copied().chain(neighbors.iter().copied());
+        let all = all.chain(copies().map(&first));
         let mut others: Vec<u32> = all.filter(|&v| !own.contains(&(v as usize))).collect();
         others.sort_unstable();
         others.dedup();
@@ -95,7 +103,8 @@ impl BlockMesh {
                 neighbors.iter().map(|&v| number(v)).collect(),
             )
         };
-        Self { own, others, numbers }
+        let copies = copies().map(|v| [number(v) as u32, number(first(v)) as u32]).collect();
+        Self { own, others, numbers, copies }
     }
 
     /// The block's vertices.
@@ -125,6 +134,9 @@ impl BlockMesh {
         match &self.numbers {
             Numbers::U16(pairs, _) => sum_areas(pairs, near),
             Numbers::U32(pairs, _) => sum_areas(pairs, near),
+        }
+        for &[copy, first] in &self.copies {
+            near[copy as usize].areas = near[first as usize].areas;
         }
         normals.clear();
         for near in near[..self.own.len()].chunks(TILE) {
@@ -240,7 +252,7 @@ mod tests {
         let vertex_triangles = VertexTriangles::new(vertices, &triangles);
         normals(Params::whole(1, vertices), &positions, &triangles, &vertex_triangles, &mut expected);
         let neighbors = vec![0; vertices];
-        let meshes = BlockMesh::all(1024, vertices, &triangles, &vertex_triangles, &neighbors);
+        let meshes = BlockMesh::all(1024, vertices, &triangles, &vertex_triangles, &neighbors, |v| v);
         let wide = |mesh: &BlockMesh| matches!(mesh.numbers, Numbers::U32(..));
         assert!(wide(&meshes[1]) && !wide(&meshes[40]));
         let mut normals = Vec::new();

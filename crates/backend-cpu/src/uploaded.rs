@@ -8,7 +8,6 @@ use crate::mesh::BlockMesh;
 use crate::tile_weights::TileWeights;
 use crate::vectors::Vectors;
 use rhytid_core::{BasisStorage, Rig, Rotations, StrainEdgeId, VertexId};
-use rhytid_kernels::normals::VertexTriangles;
 
 /// The data that are computed from some frames' handle positions before any vertex.
 #[derive(Debug, Clone, Copy)]
@@ -50,7 +49,7 @@ impl UploadedRig {
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
         let vertices = rig.vertices();
         let block = block_length(vertices);
-        let vertex_triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
+        let vertex_triangles = rig.surface().vertex_triangles();
         let tangent_neighbors = VertexId::numbers(&rig.surface().tangent_neighbors);
         let rotations = Rotations::new(rig.handles());
         let center = rotations
@@ -74,9 +73,10 @@ impl UploadedRig {
             meshes: BlockMesh::all(
                 block,
                 vertices,
-                &rig.surface().triangles,
+                &rig.surface().joined_triangles(),
                 &vertex_triangles,
                 tangent_neighbors,
+                |v| rig.surface().first(v),
             ),
             tangent_neighbors: tangent_neighbors.to_vec(),
         }

@@ -168,6 +168,9 @@ impl Default for LearnedSettings {
 /// The choices a user has in the solve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// Whether vertices on both sides of a cut are joined for the solve: those that are in one place in the
+    /// neutral and in all examples, at open edges that fit together. glTF cuts the surface at texture seams.
+    pub weld: bool,
     /// ℓ = √(k_b/k_s) in mesh units; `None` derives it from the handles' spacing
     /// (see `default_bending_length` of `rhytid-solve`).
     pub bending_length: Option<f64>,
@@ -210,6 +213,7 @@ impl Default for ContactSettings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            weld: false,
             bending_length: None,
             rotations: false,
             method: Method::default(),

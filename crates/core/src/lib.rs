@@ -103,6 +103,7 @@ pub use rig::Examples;
 pub use rig::FineScale;
 pub use rig::HandleSet;
 pub use rig::Influences;
+pub use rig::MOST_AROUND_JOINED;
 pub use rig::Motions;
 pub use rig::Rig;
 pub use rig::RigParts;

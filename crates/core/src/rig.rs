@@ -9,7 +9,7 @@ pub use examples::Examples;
 pub use fine_scale::FineScale;
 pub use handle_set::{HandleSet, Motions};
 pub use influences::Influences;
-pub use surface::Surface;
+pub use surface::{MOST_AROUND_JOINED, Surface};
 
 use crate::{Learned, Result, Table};
 use rhytid_kernels::Real;

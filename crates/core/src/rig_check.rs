@@ -1,6 +1,6 @@
 //! The check that the parts of every rig have passed.
 use crate::numbers::first_beyond;
-use crate::rig::RigParts;
+use crate::rig::{MOST_AROUND_JOINED, RigParts};
 use crate::{
     Error, HandleId, Learned, LearnedSettings, Result, StrainEdgeId, Surface, SurfacePoint, Table, VertexId,
 };
@@ -57,6 +57,7 @@ impl<T: Real> RigParts<T> {
         }
         below("triangles", surface.triangles.as_flattened(), v)?;
         check_faces(surface)?;
+        check_joined(surface)?;
         below("strain_edges", handles.edge_numbers().as_flattened(), h)?;
         below("influence_edges", StrainEdgeId::numbers(influences.edges.as_slice()), f)?;
         for (v, edges) in influences.edges.rows().enumerate() {
@@ -175,6 +176,30 @@ fn check_faces<T: Real>(surface: &Surface<T>) -> Result<()> {
             fail(format!("uv_indices has {} elements, expected {corners}", indices.len()))
         }
         Some(indices) => below("uv_indices", indices, uvs.values.len()),
+        None => Ok(()),
+    }
+}
+
+fn check_joined<T: Real>(surface: &Surface<T>) -> Result<()> {
+    let Some(joined) = &surface.joined else { return Ok(()) };
+    let v = surface.rest.len();
+    counted("joined_vertices", joined.len(), v)?;
+    below("joined_vertices", VertexId::numbers(joined), v)?;
+    let is_first = |v: VertexId| joined[v.index()] == v;
+    if let Some(v) = (0..v).find(|&v| joined[v].index() > v || !is_first(joined[v])) {
+        return fail(format!("joined_vertices[{v}] is {}, which is not the first of its point", joined[v]));
+    }
+    if let Some((v, first)) = surface.copies().find(|(v, first)| surface.at(&[*v]) != surface.at(&[*first])) {
+        return fail(format!("joined_vertices[{v}] is {first}, which is elsewhere at rest"));
+    }
+    // A list for each vertex has all triangles around its point.
+    let mut around = vec![0; v];
+    surface.triangles.as_flattened().iter().for_each(|&v| around[surface.first(v) as usize] += 1);
+    match surface.copies().find(|(_, first)| around[first.index()] > MOST_AROUND_JOINED) {
+        Some((v, first)) => fail(format!(
+            "joined_vertices[{v}] is {first}, a point with {} triangles, expected at most {MOST_AROUND_JOINED}",
+            around[first.index()]
+        )),
         None => Ok(()),
     }
 }

@@ -13,8 +13,11 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
+/// The version of a rig in which several vertices are one point of the surface.
+pub const VERSION: u32 = 10;
+
 /// The version of a rig in which lids slide on eyeballs, or skin meets skin.
-pub const VERSION: u32 = 9;
+const CONTACT_VERSION: u32 = 9;
 
 /// The version of a rig in which nothing touches, made with a prior.
 const PRIOR_VERSION: u32 = 8;
@@ -32,8 +35,15 @@ const LEARNED_VERSION: u32 = 5;
 const CHAPTER_VERSION: u32 = 2;
 
 /// The versions that can be read.
-const VERSIONS: [u32; 6] =
-    [CHAPTER_VERSION, LEARNED_VERSION, TURNING_VERSION, POINTS_VERSION, PRIOR_VERSION, VERSION];
+const VERSIONS: [u32; 7] = [
+    CHAPTER_VERSION,
+    LEARNED_VERSION,
+    TURNING_VERSION,
+    POINTS_VERSION,
+    PRIOR_VERSION,
+    CONTACT_VERSION,
+    VERSION,
+];
 
 /// The metadata key under which [`Metadata`] stands, as JSON.
 const METADATA_KEY: &str = "rhytid";
@@ -177,6 +187,9 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
         Tensor::vectors("rbf_weights", &fine_scale.rbf_weights),
         Tensor::vectors("example_handles", &examples.handles),
     ];
+    if let Some(joined) = &surface.joined {
+        tensors.push(Tensor::u32s("joined_vertices", VertexId::numbers(joined), vec![joined.len()]));
+    }
     tensors.extend(Tensor::points(&handles.points));
     if let Some(learned) = rig.learned() {
         tensors.extend([
@@ -328,7 +341,8 @@ impl Metadata {
         let beta = rig.influences().beta;
         Self {
             version: match rig.learned() {
-                Some(learned) if !learned.contact.is_empty() => VERSION,
+                _ if surface.joined.is_some() => VERSION,
+                Some(learned) if !learned.contact.is_empty() => CONTACT_VERSION,
                 Some(learned) if !learned.prior_lengths.is_empty() => PRIOR_VERSION,
                 _ if handles.points.iter().any(|point| point.vertex().is_none()) => POINTS_VERSION,
                 _ if handles.rotations => TURNING_VERSION,
@@ -423,6 +437,10 @@ impl Arrays<'_> {
             materials,
             triangles: self.u32s("triangles", &[None, Some(3)])?.as_chunks().0.to_vec(),
             tangent_neighbors: ids(self.u32s("frame_neighbors", &[Some(v)])?, VertexId),
+            joined: match self.has("joined_vertices") {
+                true => Some(ids(self.u32s("joined_vertices", &[Some(v)])?, VertexId)),
+                false => None,
+            },
             rest,
         };
         // A vertex that does not exist is reported when the rig is made.

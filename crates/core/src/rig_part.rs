@@ -4,6 +4,7 @@ use crate::{
     Contact, Faces, FineScale, HandleSet, Influences, Learned, Rig, RigParts, Surface, Table, VertexId,
 };
 use rhytid_kernels::Real;
+use std::collections::HashMap;
 
 const ABSENT: VertexId = VertexId(u32::MAX);
 
@@ -27,8 +28,9 @@ impl<T: Real> Rig<T> {
         handles.held().for_each(&mut keep);
         vertices.iter().for_each(|&v| keep(surface.tangent_neighbors[v.index()]));
         let mut wanted = vec![false; self.vertices()];
-        vertices.iter().for_each(|&v| wanted[v.index()] = true);
-        let around = surface.triangles.iter().filter(|triangle| triangle.iter().any(|&v| wanted[v as usize]));
+        vertices.iter().for_each(|&v| wanted[surface.first(v.0) as usize] = true);
+        let is_wanted = |&v: &u32| wanted[surface.first(v) as usize];
+        let around = surface.triangles.iter().filter(|triangle| triangle.iter().any(is_wanted));
         let mut around: Vec<&[u32; 3]> = around.collect();
         if around.is_empty() {
             // A rig has at least one triangle.
@@ -44,6 +46,12 @@ impl<T: Real> Rig<T> {
             let neighbor = place[surface.tangent_neighbors[v.index()].index()];
             if neighbor == ABSENT { VertexId::from_index(own) } else { neighbor }
         });
+        let mut first = HashMap::new();
+        let of_part = |(own, v): (usize, &VertexId)| {
+            *first.entry(surface.first(v.0)).or_insert(VertexId::from_index(own))
+        };
+        let joined =
+            surface.joined.is_some().then(|| kept.iter().enumerate().map(of_part).collect::<Vec<_>>());
         // Each row comes from a sound rig, and each index is of a vertex that was kept.
         Self::of_sound(RigParts {
             surface: Surface {
@@ -56,6 +64,7 @@ impl<T: Real> Rig<T> {
                 triangles,
                 rest: surface.at(&kept),
                 tangent_neighbors: neighbors.collect(),
+                joined,
             },
             handles: HandleSet {
                 points: handles.points.iter().map(|point| point.renamed(|v| place[v.index()])).collect(),

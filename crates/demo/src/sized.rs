@@ -97,6 +97,7 @@ pub fn sized_rig(size: Size, method: Method) -> Rig {
             uvs: None,
             materials: None,
             tangent_neighbors: tangent_frames::tangent_neighbors(&rest, &triangles, &topology),
+            joined: None,
             triangles,
             rest,
         },

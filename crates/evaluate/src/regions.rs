@@ -28,8 +28,9 @@ impl Regions {
         names.sort_by_key(|name| (name.starts_with("near "), name.clone()));
         names.dedup();
         let rest: Vec<[f64; 3]> = rig.surface().rest.iter().map(|x| x.map(T::widen)).collect();
-        let topology = Topology::new(rest.len(), &rig.surface().triangles);
-        let cells = geodesic::voronoi_cells(&rest, &topology, &rig.handles().points);
+        let topology = Topology::new(rest.len(), &rig.surface().joined_triangles());
+        let mut cells = geodesic::voronoi_cells(&rest, &topology, &rig.handles().points);
+        rig.surface().spread(&mut cells);
         let region =
             |h: HandleId| names.iter().position(|name| *name == of_handle[h.index()]).map(|i| i as u32);
         let of_vertex = cells.into_iter().map(|handle| handle.and_then(region)).collect();

@@ -26,7 +26,7 @@ pub struct StrainCurves<'a> {
 impl<'a> StrainCurves<'a> {
     /// For the vertices of `rig`, which `regions` are of.
     pub fn new(rig: &Rig, regions: &'a Regions) -> Self {
-        let gauge = StrainGauge::new(&rig.surface().rest, &rig.surface().triangles);
+        let gauge = StrainGauge::of_surface(rig.surface());
         let areas: Vec<f64> = gauge.areas().collect();
         let mut sums = vec![0.0; regions.names().len()];
         for (v, area) in areas.iter().enumerate() {

@@ -49,7 +49,7 @@ impl WrinkleMasks {
     /// # Errors
     /// [`Error::Input`] if the rig's mesh has no texture coordinates, or some that are in no UDIM tile.
     pub fn new(rig: &Rig, channels: Vec<Channel>, wrinkles: &[Vec<f32>], size: usize) -> Result<Self> {
-        let gauge = StrainGauge::new(&rig.surface().rest, &rig.surface().triangles);
+        let gauge = StrainGauge::of_surface(rig.surface());
         let areas: Vec<f64> = gauge.areas().collect();
         let weights = wrinkles.iter().map(|wrinkles| {
             let weights: Vec<f64> =

@@ -9,6 +9,7 @@
 //! | [`Surface`] | the closest point of a triangle mesh |
 //! | [`StrainGauge`] | principal strains of a mesh that deforms |
 //! | [`cholesky`] | sparse Cholesky factorisation for systems on meshes |
+//! | [`Points`] | the vertices that are one point of the surface |
 //! | [`triangulate`] | triangles of polygons |
 //! | [`Axes`] | axes that are exchanged or point the other way |
 //!
@@ -31,6 +32,7 @@ pub mod cholesky;
 pub mod dijkstra;
 pub mod geodesic;
 pub mod laplacian;
+mod points;
 pub mod registration;
 mod strain_gauge;
 mod surface;
@@ -38,6 +40,7 @@ mod topology;
 mod triangulate;
 
 pub use axes::Axes;
+pub use points::Points;
 pub use strain_gauge::{PrincipalStrains, StrainGauge};
 pub use surface::{Closest, Surface};
 pub use topology::{Topology, components};

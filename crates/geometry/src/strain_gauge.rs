@@ -70,6 +70,15 @@ impl StrainGauge {
     /// # Panics
     /// If a triangle's vertex is not below V.
     pub fn new(rest: &[[f32; 3]], triangles: &[[u32; 3]]) -> Self {
+        Self::with(rest, triangles, &VertexTriangles::new(rest.len(), triangles))
+    }
+
+    /// The same for the surface of a rig. All vertices of a point have the strains of the surface around it.
+    pub fn of_surface(surface: &rhytid_core::Surface) -> Self {
+        Self::with(&surface.rest, &surface.triangles, &surface.vertex_triangles())
+    }
+
+    fn with(rest: &[[f32; 3]], triangles: &[[u32; 3]], at: &VertexTriangles) -> Self {
         let points = |t: &[u32; 3]| t.map(|v| wide(rest[v as usize]));
         let sides = |t: &[u32; 3]| {
             let [a, b, c] = points(t);
@@ -92,7 +101,6 @@ impl StrainGauge {
             }
         };
         let planes = triangles.par_iter().zip(&normals).map(plane).collect();
-        let at = VertexTriangles::new(rest.len(), triangles);
         let (mut begins, mut corners) = (vec![0], Vec::with_capacity(3 * triangles.len()));
         for v in 0..rest.len() {
             let sum = at.at(v).iter().fold(DVec3::ZERO, |sum, &t| sum + normals[t as usize]);
@@ -121,10 +129,14 @@ impl StrainGauge {
         self.begins.len() - 1
     }
 
-    /// The area of each vertex, V in mesh units squared: a third of the triangles around it at rest. It
-    /// weights means over parts of a face.
+    /// The area of each vertex, V in mesh units squared: a third of its own triangles at rest. It weights
+    /// means over parts of a face.
     pub fn areas(&self) -> impl Iterator<Item = f64> + '_ {
-        (0..self.vertices()).map(|v| self.corners_of(v).iter().map(|corner| corner.area).sum::<f64>() / 3.0)
+        let of_vertex = |v: usize| {
+            let is_own = |corner: &&Corner| self.triangles[corner.triangle as usize].contains(&(v as u32));
+            self.corners_of(v).iter().filter(is_own).map(|corner| corner.area).sum::<f64>() / 3.0
+        };
+        (0..self.vertices()).map(of_vertex)
     }
 
     /// Replaces `strains` by those of a frame whose V vertices are at `positions`, computed in f64 and

@@ -5,6 +5,7 @@
 
 #![forbid(unsafe_code)]
 
+mod by_corners;
 mod check;
 mod displacement;
 mod gltf;
@@ -30,7 +31,7 @@ mod write_obj;
 pub use check::check;
 pub use displacement::DisplacementMap;
 pub use groups::read_groups;
-pub use like::{like, read_like};
+pub use like::{Order, like, order, read_like};
 pub use normal_map::{Integrated, NormalMap, NormalMapConvention};
 pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
 pub use read::{Format, Selection, decode, read, read_file};

@@ -1,6 +1,7 @@
 //! Meshes that have to be like another one.
 
-use super::read::read;
+use super::by_corners::{self, moved};
+use super::read::{Format, read};
 use rhytid_core::{Error, Faces, Mesh, Result};
 use std::path::Path;
 
@@ -8,20 +9,73 @@ use std::path::Path;
 /// vertices of `neutral`, which was read from `neutral_path`. It has the same faces, in any order and cut
 /// into triangles or not. Its texture coordinates do not matter.
 ///
+/// glTF splits vertices where normals or texture coordinates differ. If one of the files is glTF, the example
+/// may be split in another way, if its faces have the same corners in the same order.
+///
 /// # Errors
 /// As [`super::read()`], and [`Error::Input`] if the number of vertices differs or a face joins others.
 pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec<[f64; 3]>> {
-    Ok(like(read(path)?, neutral, neutral_path, path)?.positions)
+    let mesh = read(path)?;
+    let order = order(&mesh, neutral, neutral_path, path)?;
+    Ok(order.of_neutral(mesh.positions, &neutral.positions))
 }
 
-/// `mesh`, which was read from `path`, if it has the vertices and faces of the neutral as in [`read_like`].
+/// Which vertex of a mesh is which of the neutral's.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Order {
+    /// For each vertex of the neutral, the vertex of the mesh, or `None` for a vertex in no face. `None` if the
+    /// mesh has the neutral's order.
+    vertices: Option<Vec<Option<u32>>>,
+}
+
+impl Order {
+    /// Positions of the mesh's vertices in the neutral's order. A vertex in no face is where `neutral` has it.
+    pub fn of_neutral(&self, positions: Vec<[f64; 3]>, neutral: &[[f64; 3]]) -> Vec<[f64; 3]> {
+        match &self.vertices {
+            Some(vertices) => moved(neutral, vertices, &positions),
+            None => positions,
+        }
+    }
+}
+
+/// Which vertices of `mesh`, which was read from `path`, are those of the neutral as in [`read_like`].
+///
+/// # Errors
+/// [`Error::Input`] if the number of vertices differs or a face joins others.
+pub fn order(mesh: &Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Order> {
+    let is_gltf = |path: &Path| matches!(Format::from_extension(path), Ok(Format::Gltf));
+    let may_be_split = is_gltf(path) || is_gltf(neutral_path);
+    match check_like(mesh, neutral, neutral_path, path, may_be_split) {
+        Ok(()) => Ok(Order { vertices: None }),
+        Err(error) if may_be_split => match by_corners::vertices(mesh, neutral) {
+            Some(vertices) => Ok(Order { vertices: Some(vertices) }),
+            None => Err(error),
+        },
+        Err(error) => Err(error),
+    }
+}
+
+/// `mesh`, which was read from `path`, if it has the vertices and faces of the neutral in the same order.
 ///
 /// # Errors
 /// [`Error::Input`] if the number of vertices differs or a face joins others.
 pub fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Mesh> {
+    check_like(&mesh, neutral, neutral_path, path, false)?;
+    Ok(mesh)
+}
+
+fn check_like(mesh: &Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path, is_gltf: bool) -> Result<()> {
     let (path, like) = (path.display(), neutral_path.display());
-    let cure = "an example needs the neutral's vertices in the same order: export both from the same mesh, without \
-                merging, splitting or reordering vertices";
+    let cure = match is_gltf {
+        true => {
+            "an example needs the neutral's faces in the same order: export both from the same mesh with the same \
+             shading and texture coordinates, or as OBJ with the option \"keep vertex order\""
+        }
+        false => {
+            "an example needs the neutral's vertices in the same order: export both from the same mesh, without \
+             merging, splitting or reordering vertices"
+        }
+    };
     let (found, expected) = (mesh.positions.len(), neutral.positions.len());
     if found != expected {
         return Err(Error::mismatch(format!(
@@ -29,7 +83,7 @@ pub fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Res
         )));
     }
     if mesh.faces == neutral.faces {
-        return Ok(mesh);
+        return Ok(());
     }
     if let Some(f) = not_within(&mesh.faces, &neutral.faces, expected)
         && let Some(g) = not_within(&neutral.faces, &mesh.faces, expected)
@@ -44,7 +98,7 @@ pub fn like(mesh: Mesh, neutral: &Mesh, neutral_path: &Path, path: &Path) -> Res
             face(&neutral.faces, g)
         )));
     }
-    Ok(mesh)
+    Ok(())
 }
 
 /// The first of `faces` whose vertices are not all in one of `others`.

@@ -33,8 +33,7 @@ impl EditFalloff {
         if edited.iter().all(|edited| *edited == 0.0) || edited.iter().all(|edited| *edited == 1.0) {
             return None;
         }
-        let rest: Vec<[f64; 3]> = rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
-        let components = DrivenComponents::new(&rest, &rig.surface().triangles, &rig.handles().points);
+        let components = DrivenComponents::of_surface(rig.surface(), &rig.handles().points);
         let of_vertex = |(v, row): (usize, &[f32])| {
             let driven: f64 = match rig.learned().filter(|_| !components.driven[v]) {
                 Some(learned) => learned.anchors_of(v).map(|(h, nu)| f64::from(nu) * edited[h.index()]).sum(),

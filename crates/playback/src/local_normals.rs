@@ -29,8 +29,9 @@ pub(crate) fn beside(
     let mut beside = vec![false; rig.vertices()];
     for v in vertices {
         let corners = triangles.at(v as usize).iter().flat_map(|&t| rig.surface().triangles[t as usize]);
-        corners.for_each(|v| beside[v as usize] = true);
+        corners.for_each(|v| beside[rig.surface().first(v) as usize] = true);
     }
+    rig.surface().spread(&mut beside);
     beside
 }
 

@@ -58,7 +58,7 @@ impl<'a> Playback<'a> {
     }
 
     fn with(rig: &'a Rig, evaluator: Evaluator<'a>, batch: usize) -> Self {
-        let triangles = Arc::new(VertexTriangles::new(rig.vertices(), &rig.surface().triangles));
+        let triangles = Arc::new(rig.surface().vertex_triangles());
         Self {
             rig,
             evaluator,

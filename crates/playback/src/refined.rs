@@ -85,7 +85,7 @@ mod tests {
         };
         let [before, after] = [false, true].map(|refine| frames(&mut playback, refine));
         let widened = |x: &[f32]| x.as_chunks::<3>().0.iter().map(|x| x.map(f64::from)).collect::<Vec<_>>();
-        let vertex_triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+        let vertex_triangles = rig.surface().vertex_triangles();
         for ((before, after), handles) in
             before.iter().zip(&after).zip(handles.chunks(3 * rig.handles().len()))
         {

@@ -71,6 +71,8 @@ impl<'a> Untangle<'a> {
         let learned = rig.learned().filter(|_| Self::is_for(rig))?;
         let mut is_free: Vec<bool> = rig.basis().rows().map(|row| row.iter().any(|b| *b != 0.0)).collect();
         rig.handles().held().for_each(|v| is_free[v.index()] = false);
+        // Points are known by their lowest vertices.
+        let joined = rig.surface().joined_triangles();
         let triangle = |(index, &corners): (usize, &[u32; 3])| {
             let n = normal(corners.map(|v| rig.surface().rest[v as usize].map(f64::from)));
             let square = vec3::dot(n, n);
@@ -87,7 +89,7 @@ impl<'a> Untangle<'a> {
             rig,
             learned,
             vertex_triangles,
-            triangles: rig.surface().triangles.iter().enumerate().filter_map(triangle).collect(),
+            triangles: joined.iter().enumerate().filter_map(triangle).collect(),
             is_free,
             example_vectors: Table::new(features, examples, by_feature),
         })
@@ -133,6 +135,9 @@ impl<'a> Untangle<'a> {
         }
         let moved = self.turn_back(handles, positions, turned);
         moved.iter().for_each(|(&v, x)| positions[v as usize] = x.map(|x| x as f32));
+        for (v, first) in self.rig.surface().copies().filter(|(_, first)| moved.contains_key(&first.0)) {
+            positions[v.index()] = positions[first.index()];
+        }
         local_normals::update(self.rig, &self.vertex_triangles, moved.keys().copied(), positions, normals);
     }
 
@@ -326,7 +331,7 @@ mod tests {
     use rhytid_kernels::normals;
 
     fn untangle(rig: &Rig) -> Untangle<'_> {
-        let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+        let triangles = rig.surface().vertex_triangles();
         Untangle::new(rig, Arc::new(triangles)).unwrap()
     }
     use std::collections::BTreeSet;
@@ -381,7 +386,7 @@ mod tests {
         let handles = handles_at_rest(&rig);
         let untangle = untangle(&rig);
         let all_normals = |positions: &[[f32; 3]]| -> Vec<[f32; 3]> {
-            let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+            let triangles = rig.surface().vertex_triangles();
             (0..rig.vertices())
                 .map(|v| normals::vertex_normal(positions, &rig.surface().triangles, triangles.at(v)))
                 .collect()

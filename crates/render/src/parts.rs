@@ -1,7 +1,7 @@
 //! The connected parts of a mesh: skin, eyes, teeth, lashes.
 
 use glam::{DMat4, DVec3, DVec4};
-use rhytid_core::{Faces, Result, Rig};
+use rhytid_core::{Result, Rig, Surface};
 
 /// Linear red, green and blue of teeth and eyeballs: a shade of white, since the rig has no colours.
 const WHITE: [f32; 3] = [0.62, 0.60, 0.55];
@@ -13,7 +13,7 @@ const AFFINE_WITHIN: f64 = 0.1;
 const NOTHING: f64 = 1e-3;
 
 /// The smallest vertex of each vertex's connected part.
-fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
+fn parts(surface: &Surface) -> Vec<u32> {
     fn root(of: &mut [u32], mut v: u32) -> u32 {
         while of[v as usize] != v {
             of[v as usize] = of[of[v as usize] as usize];
@@ -21,14 +21,15 @@ fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
         }
         v
     }
-    let mut of: Vec<u32> = (0..vertices as u32).collect();
-    for face in faces.iter() {
+    let vertices = surface.rest.len() as u32;
+    let mut of: Vec<u32> = (0..vertices).map(|v| surface.first(v)).collect();
+    for face in surface.faces.iter() {
         for pair in face.windows(2) {
             let (a, b) = (root(&mut of, pair[0]), root(&mut of, pair[1]));
             of[a.max(b) as usize] = a.min(b);
         }
     }
-    (0..vertices as u32).map(|v| root(&mut of, v)).collect()
+    (0..vertices).map(|v| root(&mut of, v)).collect()
 }
 
 /// Linear albedos of V vertices. All have `skin`, except for rigid parts without a handle, which are assumed
@@ -39,7 +40,7 @@ fn parts(vertices: usize, faces: &Faces) -> Vec<u32> {
 /// have the same anchors, but are not affine.
 pub fn albedos(rig: &Rig, skin: [f32; 3]) -> Vec<[f32; 3]> {
     let Some(learned) = rig.learned() else { return vec![skin; rig.vertices()] };
-    let parts = parts(rig.vertices(), &rig.surface().faces);
+    let parts = parts(rig.surface());
     let row = |v: usize| (learned.anchors.row(v), learned.anchor_weights.row(v));
     let is_anchored = |v: usize| row(v).1.iter().sum::<f32>() > 0.999;
     let mut solid: Vec<bool> = (0..rig.vertices()).map(is_anchored).collect();
@@ -100,7 +101,7 @@ pub fn hide_parts(rig: Rig, vertices: &[usize]) -> Result<Rig> {
     }
     let mut rig = rig.into_parts();
     let surface = &mut rig.surface;
-    let parts = parts(surface.rest.len(), &surface.faces);
+    let parts = parts(surface);
     let hidden: Vec<u32> = vertices.iter().map(|&v| parts[v]).collect();
     let is_seen = |corners: &[u32]| corners.iter().all(|&v| !hidden.contains(&parts[v as usize]));
     let of_faces: Vec<bool> = surface.faces.iter().map(is_seen).collect();

@@ -1,8 +1,9 @@
 //! The connected components that the handles drive (section 2).
 use glam::DVec3;
-use rhytid_core::{SurfacePoint, VertexId};
+use rhytid_core::{Surface, SurfacePoint, VertexId};
 use rhytid_geometry::components;
 use rhytid_geometry::laplacian::is_degenerate;
+use rhytid_kernels::Real;
 
 /// The connected components of a mesh. Triangles without area connect nothing, as in the Laplacian.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -24,6 +25,18 @@ impl DrivenComponents {
         held.for_each(|(v, _)| has_handle[component[v.index()] as usize] = true);
         let driven = component.iter().map(|&c| has_handle[c as usize]).collect();
         Self { component, driven }
+    }
+
+    /// For the surface of a rig and handles on it. All vertices of a point are in its component. A number may
+    /// belong to no component.
+    pub fn of_surface<T: Real>(surface: &Surface<T>, handles: &[SurfacePoint]) -> Self {
+        let rest: Vec<[f64; 3]> = surface.rest.iter().map(|x| x.map(T::widen)).collect();
+        let first = |v: VertexId| VertexId(surface.first(v.0));
+        let handles: Vec<SurfacePoint> = handles.iter().map(|point| point.renamed(first)).collect();
+        let mut components = Self::new(&rest, &surface.joined_triangles(), &handles);
+        surface.spread(&mut components.component);
+        surface.spread(&mut components.driven);
+        components
     }
 
     /// The vertices of each component that has no handle, ascending, by the component's number. Those of the

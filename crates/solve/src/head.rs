@@ -1,5 +1,6 @@
 //! Finds the head in a mesh: of a head with its eyes and teeth, or of a whole avatar with clothes and hair.
 use crate::align::aligned;
+use crate::placement::named as named_points;
 use crate::profile::Profile;
 use glam::{DMat3, DVec3};
 use rhytid_core::text::quoted;
@@ -83,10 +84,13 @@ pub struct Region {
 /// [`Error::Input`] if `part` names nothing, or if nothing above finds the head.
 pub fn find(face: &Face, parts: &[Part], part: Option<&str>) -> Result<Region> {
     let in_place = aligned(face);
-    find_in_place(in_place.as_ref().map_or(face, |(face, _)| face), parts, part)
+    let face = in_place.as_ref().map_or(face, |(face, _)| face);
+    let named = named_points(face);
+    find_in_place(named.as_ref().unwrap_or(face), parts, part)
 }
 
-/// As [`find`], if the examples are already in the neutral's place.
+/// As [`find`], if the examples are already in the neutral's place, and each point of the surface is one
+/// vertex in the faces.
 pub(crate) fn find_in_place(face: &Face, parts: &[Part], part: Option<&str>) -> Result<Region> {
     let avatar = Avatar::new(face);
     let named = named(&face.neutral, parts);

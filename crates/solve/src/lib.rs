@@ -55,6 +55,7 @@ mod soft_shell;
 mod spread;
 mod system;
 pub mod tangent_frames;
+mod welded;
 
 pub use align::{Misplaced, misplaced};
 pub use contact::FoundEyeball;
@@ -67,6 +68,7 @@ pub use placement::{Placed, Skin};
 pub use refine::Refine;
 pub use soft_shell::SoftShell;
 pub use system::System;
+pub use welded::{Welded, points};
 
 use rhytid_core::{
     Bind, Contact, Error, Examples, Face, FineScale, HandleId, HandleSet, Influences, Learned, Method,
@@ -98,6 +100,8 @@ pub struct TakenPrior {
 /// What the solve reports in addition to the rig.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct SolveReport {
+    /// The number of points of the surface. It is that of the vertices if none are joined.
+    pub points: usize,
     /// The motions that were taken out of examples which were not in the neutral's place.
     pub misplaced: Vec<Misplaced>,
     /// The noise of the examples, P in mesh units: the standard deviation of a vertex per axis.
@@ -170,9 +174,25 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
 /// As [`solve`].
 pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) -> Result<Solved> {
     check(face)?;
+    match Welded::new(face) {
+        Some(welded) => {
+            let name = |v: usize| welded.points.first[v];
+            welded.expanded(solve_points(&welded.face, name, leave_one_out, progress)?, face)
+        }
+        None => solve_points(face, VertexId::from_index, leave_one_out, progress),
+    }
+}
+
+/// Solves a face each of whose vertices is a point of its own. `name` is what messages call a vertex.
+fn solve_points(
+    face: &Face,
+    name: impl Fn(usize) -> VertexId,
+    leave_one_out: bool,
+    progress: &dyn Progress,
+) -> Result<Solved> {
     let (aligned, misplaced) = align::aligned(face).unzip();
     let face = aligned.as_ref().unwrap_or(face);
-    let mirrored = mirror::with_mirror_images(face)?;
+    let mirrored = mirror::with_mirror_images(face, &name)?;
     let face = mirrored.as_ref().unwrap_or(face);
     let at_rest = pins::with_pins_at_rest(face);
     let face = at_rest.as_ref().unwrap_or(face);
@@ -180,6 +200,7 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
     let pins = shell.pinned.iter().filter(|pinned| **pinned).count();
     let (mut report, mut left_out) = (
         SolveReport {
+            points: face.neutral.positions.len(),
             misplaced: misplaced.unwrap_or_default(),
             noise: shell.noise.clone(),
             pins,
@@ -226,8 +247,9 @@ pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) 
     };
     if let Some(v) = not_finite(&shell.basis, &details.fine_scale.rbf_weights) {
         return Err(Error::not_solvable(format!(
-            "the solve gives no finite result at vertex {v}: coordinates or triangles there are beyond float64; \
-             run the doctor and mend what it names"
+            "the solve gives no finite result at vertex {}: coordinates or triangles there are beyond float64; \
+             run the doctor and mend what it names",
+            name(v)
         )));
     }
     let examples = Examples {
@@ -347,6 +369,7 @@ pub fn shell(face: &Face, progress: &dyn Progress) -> Result<Shell> {
         triangles,
         rest: rest.clone(),
         tangent_neighbors,
+        joined: None,
     };
     Ok(Shell { surface, handles, bending_length, basis, topology, parts, noise, pinned, cells, laplacian })
 }

@@ -1,6 +1,6 @@
 //! Mirror images of examples: which vertex is the mirror image of which.
 use glam::DVec3;
-use rhytid_core::{Error, Example, Face, Faces, Result};
+use rhytid_core::{Error, Example, Face, Faces, Result, VertexId};
 use rstar::RTree;
 use rstar::primitives::GeomWithData;
 use std::collections::{HashMap, VecDeque};
@@ -26,12 +26,14 @@ const ENOUGH: f64 = 0.9;
 /// A mirror image has each vertex's displacement, with left and right exchanged, at the vertex's mirror
 /// image. An example that is its own mirror image gets none.
 ///
+/// `name` is what messages call a vertex.
+///
 /// # Errors
 /// [`Error::Input`] if some vertex has no mirror image.
-pub(crate) fn with_mirror_images(face: &Face) -> Result<Option<Face>> {
+pub(crate) fn with_mirror_images(face: &Face, name: impl Fn(usize) -> VertexId) -> Result<Option<Face>> {
     let Some(first) = face.examples.iter().find(|example| example.mirror) else { return Ok(None) };
     let rest = &face.neutral.positions;
-    let images = mirror_images(rest, &face.neutral.faces).map_err(|what| {
+    let images = mirror_images(rest, &face.neutral.faces, name).map_err(|what| {
         Error::bad_topology(format!("example {:?} has mirror = true, but {what}", first.name))
     })?;
     let mut mirrored = face.clone();
@@ -58,7 +60,11 @@ pub(crate) fn with_mirror_images(face: &Face) -> Result<Option<Face>> {
 /// Images are found by the places of the vertices. If some vertex has none, they are found by the adjacency
 /// of the faces, starting at a face whose image is known by place. The error text is the second half of a
 /// sentence.
-pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Result<Vec<u32>, String> {
+pub(crate) fn mirror_images(
+    rest: &[[f64; 3]],
+    faces: &Faces,
+    name: impl Fn(usize) -> VertexId,
+) -> std::result::Result<Vec<u32>, String> {
     let reach = reach(rest, faces);
     let mut images = by_place(rest, &reach);
     if images.contains(&None) {
@@ -68,10 +74,11 @@ pub(crate) fn mirror_images(rest: &[[f64; 3]], faces: &Faces) -> std::result::Re
     images.iter().enumerate().map(|(v, image)| image.ok_or(v)).collect::<std::result::Result<_, _>>().map_err(|v| {
         let [x, y, z] = rest[v];
         format!(
-            "{missing} of the {} vertices have no mirror image (the first is vertex {v} at ({x}, {y}, {z})): \
+            "{missing} of the {} vertices have no mirror image (the first is vertex {} at ({x}, {y}, {z})): \
              expected a neutral whose sides along x match in the places of their vertices or in the layout \
              of their faces; leave mirror out, or scan both sides",
-            rest.len()
+            rest.len(),
+            name(v)
         )
     })
 }
@@ -83,7 +90,7 @@ pub(crate) fn mirror_images_within(
     faces: &Faces,
     is_in: &[bool],
 ) -> Option<Vec<Option<u32>>> {
-    if let Ok(images) = mirror_images(rest, faces) {
+    if let Ok(images) = mirror_images(rest, faces, VertexId::from_index) {
         return Some(images.into_iter().map(Some).collect());
     }
     let kept: Vec<usize> = (0..rest.len()).filter(|&v| is_in[v]).collect();
@@ -306,7 +313,7 @@ mod tests {
     fn mirror_images_by_place_and_by_how_the_faces_lie() {
         for skew in [0.0, 0.01, 0.2] {
             let (rest, faces) = grid(skew);
-            assert_eq!(mirror_images(&rest, &faces).unwrap(), expected(), "{skew}");
+            assert_eq!(mirror_images(&rest, &faces, VertexId::from_index).unwrap(), expected(), "{skew}");
         }
         // The second grid needs more than the places of its vertices.
         let (rest, faces) = grid(0.2);
@@ -317,13 +324,13 @@ mod tests {
     fn what_has_no_other_side_is_said() {
         let (mut rest, mut faces) = grid(0.0);
         rest.push([9.0, 0.0, 0.0]);
-        let error = mirror_images(&rest, &faces).unwrap_err();
+        let error = mirror_images(&rest, &faces, VertexId::from_index).unwrap_err();
         assert!(error.contains("vertex 48 at (9, 0, 0)"), "{error}");
         // A grid whose faces differ: no image spreads from the first face.
         rest.pop();
         rest[47] = [30.0, 30.0, 0.0];
         faces.push(&[46, 47, 39]);
-        assert!(mirror_images(&rest, &faces).is_err());
+        assert!(mirror_images(&rest, &faces, VertexId::from_index).is_err());
     }
 
     #[test]
@@ -340,7 +347,7 @@ mod tests {
             // Its own mirror image.
             Example { name: "raised".into(), positions: raised, mirror: true, noise: None },
         ];
-        let mirrored = with_mirror_images(&face).unwrap().unwrap();
+        let mirrored = with_mirror_images(&face, VertexId::from_index).unwrap().unwrap();
         assert_eq!(mirrored.examples.len(), 3);
         assert_eq!(mirrored.examples[2].name, "smile mirrored");
         for (v, (found, rest)) in mirrored.examples[2].positions.iter().zip(&rest).enumerate() {
@@ -350,6 +357,6 @@ mod tests {
             }
         }
         face.examples.iter_mut().for_each(|example| example.mirror = false);
-        assert_eq!(with_mirror_images(&face).unwrap(), None);
+        assert_eq!(with_mirror_images(&face, VertexId::from_index).unwrap(), None);
     }
 }

@@ -3,6 +3,7 @@ use crate::align::aligned;
 use crate::exposure::exposure;
 use crate::head::{self, Region};
 use crate::mirror::mirror_images_within;
+use crate::welded::{Welded, named_by_first};
 use glam::{DMat3, DVec2, DVec3};
 use rhytid_core::{Error, Face, Remedy, Result, SurfacePoint, VertexId};
 use rhytid_geometry::laplacian;
@@ -79,6 +80,11 @@ pub struct Placed {
     pub beside: Option<usize>,
 }
 
+/// The face with one vertex in the faces for each point of its surface. `None` if it has that already.
+pub(crate) fn named(face: &Face) -> Option<Face> {
+    Welded::new(face).map(|welded| named_by_first(face, &welded.points))
+}
+
 impl Skin {
     /// The skin of a face, on which handles lie at any point or, where they turn, at vertices. It is the
     /// outside of the head that [`head::find`] finds, without the back of the head.
@@ -93,6 +99,8 @@ impl Skin {
         let in_place = aligned(face);
         let face = in_place.as_ref().map_or(face, |(face, _)| face);
         has_faces(face)?;
+        let named = named(face);
+        let face = named.as_ref().unwrap_or(face);
         Self::in_place(face, &head::find_in_place(face, &[], None)?)
     }
 
@@ -102,11 +110,14 @@ impl Skin {
     /// As [`Skin::from_face`]; [`Error::Input`] if the region is of another mesh.
     pub fn from_region(face: &Face, region: &Region) -> Result<Self> {
         let in_place = aligned(face);
-        Self::in_place(in_place.as_ref().map_or(face, |(face, _)| face), region)
+        let face = in_place.as_ref().map_or(face, |(face, _)| face);
+        has_faces(face)?;
+        let named = named(face);
+        Self::in_place(named.as_ref().unwrap_or(face), region)
     }
 
+    /// The skin of a face that is in its place. Each point of its surface is one vertex in its faces.
     fn in_place(face: &Face, region: &Region) -> Result<Self> {
-        has_faces(face)?;
         let positions = &face.neutral.positions;
         if region.vertices.len() != positions.len() {
             return Err(Error::input(format!(

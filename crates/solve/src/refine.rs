@@ -4,7 +4,7 @@
 use crate::driven::DrivenComponents;
 use crate::system::System;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, Result, Rig, SurfacePoint, human, nearest_turn};
+use rhytid_core::{Error, Progress, Result, Rig, SurfacePoint, VertexId, human, nearest_turn};
 use rhytid_geometry::cholesky::Dissection;
 use rhytid_geometry::cholesky::Factor;
 use rhytid_geometry::cholesky::dissect;
@@ -43,6 +43,8 @@ pub struct Refine {
     handles: Vec<SurfacePoint>,
     /// A step that moves all vertices by less than this is the last, in mesh units.
     still: f64,
+    /// The vertices that are not the lowest of their points, each with the lowest.
+    copies: Vec<(VertexId, VertexId)>,
 }
 
 impl Refine {
@@ -70,14 +72,17 @@ impl Refine {
             )));
         }
         let (surface, handles) = (rig.surface(), rig.handles());
-        let mut is_free = DrivenComponents::new(&surface.rest, &surface.triangles, &handles.points).driven;
+        let triangles = surface.joined_triangles();
+        let mut is_free = DrivenComponents::of_surface(surface, &handles.points).driven;
+        // The energy knows points by their lowest vertices.
+        surface.copies().for_each(|(v, _)| is_free[v.index()] = false);
         is_free
             .iter_mut()
             .zip(rig.basis().rows())
             .for_each(|(free, row)| *free &= row.iter().any(|b| *b != 0.0));
         handles.held().for_each(|v| is_free[v.index()] = false);
         let free = (0..rig.vertices() as u32).filter(|&v| is_free[v as usize]).collect();
-        let system = System::new(laplacian::laplacian(&surface.rest, &surface.triangles), bending_length);
+        let system = System::new(laplacian::laplacian(&surface.rest, &triangles), bending_length);
         let Dissection { order, root } = dissect(&surface.rest, system.pattern(), free);
         let factor = Factor::new(&system.lower(&order), &root, progress)?;
         let bending = system.bending(&surface.rest);
@@ -91,6 +96,7 @@ impl Refine {
             is_free,
             handles: handles.points.clone(),
             still: STILL * spacing,
+            copies: surface.copies().collect(),
         })
     }
 
@@ -103,12 +109,9 @@ impl Refine {
                 positions[v.index()] = *x;
             }
         }
-        for step in 1..=MOST_STEPS {
-            if self.step(positions) < self.still {
-                return step;
-            }
-        }
-        MOST_STEPS
+        let steps = (1..=MOST_STEPS).find(|_| self.step(positions) < self.still).unwrap_or(MOST_STEPS);
+        self.copies.iter().for_each(|(v, first)| positions[v.index()] = positions[first.index()]);
+        steps
     }
 
     /// Computes the rotations and then the positions. The result is the largest distance that a vertex moves.

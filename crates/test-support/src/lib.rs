@@ -7,6 +7,7 @@
 mod data;
 pub mod eye;
 pub mod flaky;
+mod glb;
 pub mod lips;
 mod logged;
 mod memory;
@@ -14,8 +15,10 @@ pub mod points;
 mod rigs;
 pub mod sheet;
 mod skip;
+pub mod split;
 
 pub use data::{installed, python, python_usd_24_3, root, shared};
+pub use glb::glb;
 pub use logged::Logged;
 pub use memory::{peak, peak_of, resident};
 pub use rigs::{changed, triangle};

@@ -36,6 +36,7 @@ pub fn triangle() -> Rig {
             triangles: vec![[0, 1, 2]],
             rest,
             tangent_neighbors: [1, 2, 0].map(VertexId).to_vec(),
+            joined: None,
         },
         examples: Examples { names: Vec::new(), handles: Table::filled(0, 1, [0.0; 3]) },
         bending_length: 1.0,

@@ -7,7 +7,7 @@ use crate::skin::Skin;
 use crate::warp::warp;
 use glam::{DMat3, DVec3};
 use rayon::prelude::*;
-use rhytid_core::{Face, Progress, Result, Rig, SurfacePoint, VertexId};
+use rhytid_core::{Face, Mesh, Progress, Result, Rig, Surface, SurfacePoint, VertexId};
 use rhytid_geometry::Topology;
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::triangulate;
@@ -110,16 +110,21 @@ pub(crate) fn correspondence(
     let triangles = triangulate(&to.neutral);
     let side = |i: usize| -> Vec<SurfacePoint> { landmarks.pairs.iter().map(|pair| pair[i]).collect() };
     let takes_part = DrivenComponents::new(&to.neutral.positions, &triangles, &side(1)).driven;
-    let same_topology = from.surface().faces == to.neutral.faces && rest.len() == to_rest.len();
+    let numbers = numbers(from.surface(), &to.neutral);
+    let same_topology = numbers.is_some();
+    // Whether the second face has one vertex for each point of the first.
+    let is_joined = rest.len() != to_rest.len();
     let whole = DMat3::from_quat(overall.rotation) * overall.scale;
-    let (at_from, warped, places) = if same_topology {
-        let places = (0..rest.len() as u32).map(|v| Ok(Place::at(VertexId(v).into()))).collect();
-        (VertexTriangles::new(rest.len(), &from.surface().triangles), to_rest, places)
+    let joined = from.surface().joined_triangles();
+    let (at_from, warped, places) = if let Some(numbers) = numbers {
+        let vertices = (0..rest.len() as u32).filter(|&v| !is_joined || from.surface().first(v) == v);
+        let places = vertices.map(|v| Ok(Place::at(VertexId(v).into()))).collect();
+        let warped = numbers.iter().map(|&number| to_rest[number as usize]).collect();
+        (from.surface().vertex_triangles(), warped, places)
     } else {
         let scaled: Vec<DVec3> = rest.iter().map(|p| overall.apply(*p)).collect();
-        let points: Vec<[f64; 3]> = scaled.iter().map(DVec3::to_array).collect();
-        let from_part = DrivenComponents::new(&points, &from.surface().triangles, &side(0)).driven;
-        let here = Skin::new(scaled, &from.surface().triangles, from_part);
+        let from_part = DrivenComponents::of_surface(from.surface(), &side(0)).driven;
+        let here = Skin::new(scaled, &joined, from_part);
         let there = Skin::new(to_rest, &triangles, takes_part.clone());
         let warped = warp(&here, &there, &landmarks.pairs, spacing, progress)?;
         progress.step("correspondence", 0, 1)?;
@@ -150,6 +155,27 @@ pub(crate) fn correspondence(
             .map(|[a, b]| at_point(a, &warped).distance(DVec3::from_array(b.at(&to.neutral.positions))))
             .collect(),
     })
+}
+
+/// For each vertex of a rig, the vertex of a mesh that has the same faces. The mesh may have one vertex for each
+/// point of the rig. `None` if the faces differ.
+fn numbers(surface: &Surface, to: &Mesh) -> Option<Vec<u32>> {
+    let vertices = surface.rest.len() as u32;
+    if surface.faces == to.faces && surface.rest.len() == to.positions.len() {
+        return Some((0..vertices).collect());
+    }
+    surface.joined.as_ref()?;
+    let (mut numbers, mut count) = (Vec::with_capacity(surface.rest.len()), 0);
+    for v in 0..vertices {
+        let first = surface.first(v);
+        numbers.push(if first == v { count } else { numbers[first as usize] });
+        count += u32::from(first == v);
+    }
+    let named = surface.faces.indices.iter().map(|&v| numbers[v as usize]);
+    let is_same = count as usize == to.positions.len()
+        && surface.faces.counts == to.faces.counts
+        && named.eq(to.faces.indices.iter().copied());
+    is_same.then_some(numbers)
 }
 
 /// The closest place of `here` that faces the same way, for each vertex of `there`. `warped` are the vertices

@@ -136,10 +136,8 @@ impl Maker<'_> {
     ) -> Result<Vec<Example>> {
         let (rest, count) = (self.rest, self.shapes.len());
         let to_rest: Vec<DVec3> = self.to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
-        let (at_from, at_to) = (
-            VertexTriangles::new(rest.len(), &self.from.surface().triangles),
-            VertexTriangles::new(to_rest.len(), self.triangles),
-        );
+        let (at_from, at_to) =
+            (self.from.surface().vertex_triangles(), VertexTriangles::new(to_rest.len(), self.triangles));
         let Correspondence { places, locals, .. } = self.correspondence;
         let mut shells = Vec::with_capacity(count);
         let mut left = Table::filled(to_rest.len(), count, [0.0; 3]);

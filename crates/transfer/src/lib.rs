@@ -44,10 +44,9 @@ use examples::{Corner, Known, Maker, carried_everywhere};
 use glam::DVec3;
 use landmarks::Landmarks;
 use report::Measures;
-use rhytid_core::{DeviceInfo, Face, Progress, Result, Rig, VertexId};
+use rhytid_core::{DeviceInfo, Example, Face, Progress, Result, Rig, VertexId};
 use rhytid_geometry::{laplacian, triangulate};
-use rhytid_kernels::normals::VertexTriangles;
-use rhytid_solve::check;
+use rhytid_solve::{Welded, check};
 
 /// The settings of a transfer.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -85,6 +84,28 @@ pub fn transfer(
     progress: &dyn Progress,
 ) -> Result<Transferred> {
     check(to)?;
+    let Some(welded) = Welded::new(to) else {
+        return transfer_to_points(from, to, settings, devices, progress);
+    };
+    let made = transfer_to_points(from, &welded.face, settings, devices, progress)?;
+    let mut face = to.clone();
+    face.settings.align = made.face.settings.align;
+    for example in made.face.examples.into_iter().skip(to.examples.len()) {
+        face.examples.push(Example { positions: welded.each(&example.positions), ..example });
+    }
+    let maps =
+        Maps { distance_mm: welded.each(&made.maps.distance_mm), stretch: welded.each(&made.maps.stretch) };
+    Ok(Transferred { face, report: made.report, maps })
+}
+
+/// As [`transfer`], to a face each of whose vertices is a point of its own.
+fn transfer_to_points(
+    from: &Rig,
+    to: &Face,
+    settings: &Settings,
+    devices: &[DeviceInfo],
+    progress: &dyn Progress,
+) -> Result<Transferred> {
     let landmarks = Landmarks::new(from, to, settings.landmarks.as_deref())?;
     let rest: Vec<DVec3> = from.surface().rest.iter().map(|p| DVec3::from_array(p.map(f64::from))).collect();
     let to_rest: Vec<DVec3> = to.neutral.positions.iter().copied().map(DVec3::from_array).collect();
@@ -94,7 +115,7 @@ pub fn transfer(
     let mut found = correspondence(from, to, &landmarks, overall, spacing, progress)?;
     let triangles = triangulate(&to.neutral);
     if !found.same_topology {
-        let at_vertices = VertexTriangles::new(rest.len(), &from.surface().triangles);
+        let at_vertices = from.surface().vertex_triangles();
         let moved = shapes.iter().map(|shape| {
             let of_first = stretches(&rest, &shape.full, &from.surface().triangles, &at_vertices);
             (carried_everywhere(&found, &shape.full, &rest), of_first)

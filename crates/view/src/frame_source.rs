@@ -55,7 +55,7 @@ impl FrameSource {
             drawn,
             other,
             buffers: FrameBuffers::new(wgpu.device(), wgpu.queue(), rig.vertices())?,
-            triangles: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
+            triangles: rig.surface().vertex_triangles(),
             wgpu: wgpu.clone(),
             is_on_host: false,
             positions: Vec::new(),

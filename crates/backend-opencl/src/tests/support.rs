@@ -95,6 +95,7 @@ pub(crate) fn rig([v, h, f, p, k]: [usize; 5]) -> Rig {
             triangles,
             rest,
             tangent_neighbors,
+            joined: None,
         },
         examples: Examples {
             names: (0..p).map(|p| p.to_string()).collect(),

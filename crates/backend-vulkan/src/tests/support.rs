@@ -121,6 +121,7 @@ pub(crate) fn rig(size: Size) -> Rig {
             triangles,
             rest,
             tangent_neighbors,
+            joined: None,
         },
         examples: Examples {
             names: (0..poses).map(|p| p.to_string()).collect(),

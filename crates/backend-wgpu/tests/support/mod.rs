@@ -97,6 +97,7 @@ pub(crate) fn rig(seed: u64, sizes: Sizes) -> Rig {
             triangles,
             rest,
             tangent_neighbors,
+            joined: None,
         },
         examples: Examples {
             names: (0..examples).map(|p| format!("pose {p}")).collect(),

@@ -29,6 +29,7 @@ fn rig() -> Rig<f64> {
             triangles: vec![[0, 1, 2]],
             rest,
             tangent_neighbors: (0..5).map(VertexId).collect(),
+            joined: None,
         },
         examples: Examples {
             names: ["first", "last"].map(String::from).to_vec(),

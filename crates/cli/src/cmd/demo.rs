@@ -343,6 +343,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
             prim: None,
             units: Some(units),
             up: Some(face.up_axis),
+            weld: None,
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples,

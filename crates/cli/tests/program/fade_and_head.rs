@@ -74,7 +74,7 @@ fn faded_frames_are_those_of_an_independent_computation() {
     let handles: Vec<[f64; 3]> = handles.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect();
     let results = evaluate(&rig, &handles);
     let vertices = rig.vertices();
-    let triangles = VertexTriangles::new(vertices, &rig.surface().triangles);
+    let triangles = rig.surface().vertex_triangles();
     let mut largest = 0.0_f64;
     for frame in 0..FRAMES.len() {
         let certainty = |label: &str| {
@@ -302,7 +302,7 @@ fn detail_is_turned_down_and_up() {
         "1 is as it was"
     );
     let rig = rig_file::read(&f.path("face.safetensors")).unwrap();
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+    let triangles = rig.surface().vertex_triangles();
     let mut wrinkles = 0.0_f32;
     for frame in 0..full.len() {
         for (gained, gain) in [(none, 0.0), (half, 0.5), (twice, 2.0), (once, 1.0)] {

@@ -42,6 +42,7 @@ mod summaries;
 mod tampered;
 mod transfer;
 mod usd;
+mod welded;
 #[cfg(all(target_os = "linux", feature = "view"))]
 mod window;
 mod words;

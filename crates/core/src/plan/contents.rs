@@ -63,8 +63,10 @@ impl Plan {
             Buffer::WrinkleWeights => self.wrinkle_weights(rig, part),
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
-                let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
-                owned(&tiles(&part).flat_map_iter(|tile| fans_of(rig, &triangles, tile)).collect::<Vec<_>>())
+                let triangles = rig.surface().vertex_triangles();
+                let joined = rig.surface().joined_triangles();
+                let fans = tiles(&part).flat_map_iter(|tile| fans_of(rig, &joined, &triangles, tile));
+                owned(&fans.collect::<Vec<_>>())
             }
             Buffer::HandlePositions
             | Buffer::Displacements
@@ -161,8 +163,9 @@ fn of_tiles(offsets: &[u32], part: &Range<usize>, lists: usize) -> Vec<u32> {
 
 /// The first row of each tile's fans, and the end of the last ones.
 pub(super) fn fan_offsets(rig: &Rig) -> Vec<u32> {
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
-    offsets(rig, |tile| fans_of(rig, &triangles, tile).len())
+    let triangles = rig.surface().vertex_triangles();
+    let joined = rig.surface().joined_triangles();
+    offsets(rig, |tile| fans_of(rig, &joined, &triangles, tile).len())
 }
 
 /// The first row of each tile's influences and of its anchors, and the end of the last ones.
@@ -234,12 +237,13 @@ fn gains_of(rig: &Rig, tile: usize) -> Vec<[f32; TILE]> {
     gains
 }
 
-/// The fans of a tile's vertices side by side, each with its vertex behind it up to the longest.
-fn fans_of(rig: &Rig, triangles: &VertexTriangles, tile: usize) -> Vec<[u32; TILE]> {
+/// The fans of a tile's vertices side by side, each with its vertex behind it up to the longest. `joined` are
+/// the rig's joined triangles.
+fn fans_of(rig: &Rig, joined: &[[u32; 3]], triangles: &VertexTriangles, tile: usize) -> Vec<[u32; TILE]> {
     let first = tile * TILE;
     let vertices = first..(first + TILE).min(rig.vertices());
-    let fans: Vec<Vec<u32>> =
-        vertices.map(|v| normals::fan(v as u32, &rig.surface().triangles, triangles.at(v))).collect();
+    let fan = |v: usize| normals::fan(rig.surface().first(v as u32), joined, triangles.at(v));
+    let fans: Vec<Vec<u32>> = vertices.map(fan).collect();
     let at = |row: usize, lane: usize| match fans.get(lane) {
         Some(fan) => fan.get(row).copied().unwrap_or((first + lane) as u32),
         None => 0,

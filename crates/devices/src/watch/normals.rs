@@ -29,10 +29,7 @@ pub(super) struct Wrong {
 
 impl<'a> Normals<'a> {
     pub(super) fn new(rig: &'a Rig) -> Self {
-        Self {
-            triangles: &rig.surface().triangles,
-            at: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
-        }
+        Self { triangles: &rig.surface().triangles, at: rig.surface().vertex_triangles() }
     }
 
     /// The first of `vertices` whose normal is wrong in a frame, given its V positions.

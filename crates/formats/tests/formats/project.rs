@@ -111,6 +111,7 @@ fn full() -> Project {
             prim: None,
             units: Some(Units::Centimetres),
             up: Some(UpAxis::Z),
+            weld: None,
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![
@@ -211,6 +212,7 @@ fn what_is_left_out_has_its_default() {
                 prim: None,
                 units: Some(Units::Metres),
                 up: None,
+                weld: None,
             },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
@@ -341,6 +343,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             prim: None,
             units: Some(mesh.2),
             up: Some(if mesh.3 { UpAxis::Z } else { UpAxis::Y }),
+            weld: None,
         },
         handles: HandlesSection { vertices },
         examples: examples

@@ -51,10 +51,28 @@ impl VertexTriangles {
         Self { offsets, triangles: sorted }
     }
 
+    /// The same where some vertices are one point of the surface: `first` (V) has the lowest vertex of each
+    /// vertex's point. Each vertex has all triangles around its point, so that all of the point have one
+    /// normal.
+    pub fn joined(vertices: usize, triangles: &[[u32; 3]], first: &[u32]) -> Self {
+        let of_points = Self::new(vertices, &joined_triangles(triangles, first));
+        let mut joined = Self { offsets: vec![0], triangles: Vec::with_capacity(of_points.triangles.len()) };
+        for &first in first {
+            joined.triangles.extend_from_slice(of_points.at(first as usize));
+            joined.offsets.push(joined.triangles.len() as u32);
+        }
+        joined
+    }
+
     /// The triangles at vertex `v`.
     pub fn at(&self, v: usize) -> &[u32] {
         &self.triangles[self.offsets[v] as usize..self.offsets[v + 1] as usize]
     }
+}
+
+/// Triangles with the lowest vertex of each corner's point in the place of the corner.
+pub fn joined_triangles(triangles: &[[u32; 3]], first: &[u32]) -> Vec<[u32; 3]> {
+    triangles.iter().map(|triangle| triangle.map(|v| first[v as usize])).collect()
 }
 
 /// The vertices around vertex v, given the triangles at it: the README's `fans`. Two consecutive vertices are

@@ -63,7 +63,7 @@ impl Source {
                 Self::Sigma { uncertainty, sigma: Vec::new() }
             }
             ChannelKind::Strain => Self::Strain {
-                gauge: StrainGauge::new(&rig.surface().rest, &rig.surface().triangles),
+                gauge: StrainGauge::of_surface(rig.surface()),
                 strains: PrincipalStrains::default(),
             },
             ChannelKind::Wrinkles => Self::Wrinkles(WrinkleActivations::new(rig, &recipe.wrinkle_groups)?),

@@ -11,7 +11,7 @@ pub(super) fn rig(face: &Face) -> Rig {
 }
 
 pub(super) fn contact(rig: &Rig) -> Contact<'_> {
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+    let triangles = rig.surface().vertex_triangles();
     Contact::new(rig, Arc::new(triangles)).unwrap()
 }
 

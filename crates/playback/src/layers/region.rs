@@ -87,7 +87,8 @@ impl<'a> Regions<'a> {
         let folder = self.path.parent().unwrap_or(Path::new(""));
         if let (Some(weights), Some(property)) = (&region.weights, &region.property) {
             let weights = folder.join(weights);
-            return Ok(Parts::Vertices(mesh::read_weights(&weights, property, self.rig.vertices())?));
+            let weights = mesh::read_weights(&weights, property, self.rig.vertices())?;
+            return Ok(self.of_points(weights));
         }
         let Some(of) = &region.of else {
             return self.labelled(&region.markers, &format!("[region.{name}] markers")).map(Parts::Handles);
@@ -108,7 +109,18 @@ impl<'a> Regions<'a> {
             };
             vertices.iter().for_each(|&v| weights[v as usize] = 1.0);
         }
-        Ok(Parts::Vertices(weights))
+        Ok(self.of_points(weights))
+    }
+
+    /// V weights in which a point of the surface has the largest weight of its vertices, so that nothing tears
+    /// where a region ends at a seam.
+    fn of_points(&self, mut weights: Vec<f32>) -> Parts {
+        let surface = self.rig.surface();
+        for (v, first) in surface.copies() {
+            weights[first.index()] = weights[first.index()].max(weights[v.index()]);
+        }
+        surface.spread(&mut weights);
+        Parts::Vertices(weights)
     }
 
     /// H weights: 1 for handles that a pattern names, else 0.

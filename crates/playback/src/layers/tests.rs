@@ -416,7 +416,7 @@ fn a_marker_of_any_name_changes_nothing() {
 fn markers_and_wrinkles_that_are_edited_at_once_come_to_what_the_formulas_say() {
     let f = Fixture::new();
     let rig = &f.rig;
-    let triangles = VertexTriangles::new(rig.vertices(), &rig.surface().triangles);
+    let triangles = rig.surface().vertex_triangles();
     let by_side: Vec<usize> = {
         let mut handles: Vec<usize> = (0..rig.handles().len()).collect();
         handles.sort_by(|a, b| f.handle(*b).1[0].total_cmp(&f.handle(*a).1[0]));

@@ -1,6 +1,6 @@
 //! The examples that a project's sections stand for: a mesh each, shapes of one file, or the files that a
 //! pattern fits.
-use super::load::existing;
+use super::load::{existing, points};
 use super::sculpted;
 use super::sections::{ExampleSection, Project};
 use super::space::NeutralSpace;
@@ -160,12 +160,12 @@ fn of_file(group: &[&Source<'_>], of: Of<'_>) -> Result<Vec<OfSection>> {
     }
     let read = mesh::read_file(file, &selection(group[0].section), with_shapes)?;
     let Shapes { neutral: rest, shapes, space } = read;
-    let rest = mesh::like(rest, of.neutral, of.neutral_path, file)?.positions;
+    let order = mesh::order(&rest, of.neutral, of.neutral_path, file)?;
     let mut examples = Vec::new();
     for source in group {
         let section = source.section;
-        for Pose { name, positions } in poses(section, file, &rest, &shapes, of.path)? {
-            let mut positions = positions;
+        for Pose { name, positions } in poses(section, file, &rest.positions, &shapes, of.path)? {
+            let mut positions = order.of_neutral(positions, &of.neutral.positions);
             of.space.take_in(&mut positions, space, section);
             let positions = with_map(positions, section, of)?;
             let example = Example { name, positions, mirror: section.mirror, noise: section.noise };
@@ -266,16 +266,25 @@ fn unknown_shape<'a>(
 
 /// The positions with the section's map on them.
 fn with_map(positions: Vec<[f64; 3]>, section: &ExampleSection, of: Of<'_>) -> Result<Vec<[f64; 3]>> {
-    let Of { path, reach, neutral, neutral_path, space, .. } = of;
-    if let (Some(map), Some(millimetres)) = (&section.displacement, section.millimetres) {
+    let Of { project, path, reach, neutral, neutral_path, space } = of;
+    if section.displacement.is_none() && section.normal_map.is_none() {
+        return Ok(positions);
+    }
+    let points = points(project, neutral, &positions);
+    let mut mapped = if let (Some(map), Some(millimetres)) = (&section.displacement, section.millimetres) {
         let map = existing(path, map, &key_of(section, "displacement"), reach)?;
         let full = millimetres * 1e-3 / space.metres_per_unit;
-        return sculpted::displaced(neutral, neutral_path, positions, &map, full);
-    }
-    if let Some(map) = &section.normal_map {
+        sculpted::displaced(neutral, neutral_path, positions, &map, full)?
+    } else if let Some(map) = &section.normal_map {
         let map = existing(path, map, &key_of(section, "normal_map"), reach)?;
         let strength = section.strength.unwrap_or(1.0);
-        return sculpted::with_normal_map(neutral, neutral_path, positions, &map, section.green, strength);
+        sculpted::with_normal_map(neutral, neutral_path, positions, &map, section.green, strength)?
+    } else {
+        positions
+    };
+    // A map has both sides of a seam, and the normals there differ.
+    if let Some(points) = points {
+        points.even_out(&mut mapped);
     }
-    Ok(positions)
+    Ok(mapped)
 }

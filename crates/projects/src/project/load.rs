@@ -10,6 +10,7 @@ use rhytid_core::{
     Error, Face, Handles, InputErrorKind, Mesh, Pins, Reach, Result, Settings, StrainEdges, SurfacePoint,
     VertexId, named_file,
 };
+use rhytid_geometry::Points;
 use rhytid_meshes::{self as mesh, Selection, Shapes};
 use rhytid_takes::tables;
 use std::path::{Path, PathBuf};
@@ -33,6 +34,7 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
             let key = format!("[[example]] {:?}: take", example.name);
             let take = existing(path, take, &key, reach)?;
             let unit = face.metres_per_unit;
+            let before = example.positions.clone();
             sculpted::place_handles(
                 &mut example.positions,
                 &face.handles,
@@ -41,6 +43,9 @@ pub fn load(project: &Project, path: &Path, reach: Reach) -> Result<Face> {
                 frame,
                 &example.name,
             )?;
+            if let Some(points) = points(project, &face.neutral, &before) {
+                points.follow(&before, &mut example.positions);
+            }
         }
     }
     if let Edges::File(edges) = &project.strain.edges {
@@ -97,6 +102,7 @@ fn loaded(project: &Project, path: &Path, reach: Reach) -> Result<Loaded> {
         examples,
         prior,
         settings: Settings {
+            weld: project.mesh.welds(),
             bending_length: project.large_scale.bending_length,
             rotations: project.large_scale.rotations,
             method: match project.method {
@@ -112,6 +118,11 @@ fn loaded(project: &Project, path: &Path, reach: Reach) -> Result<Loaded> {
         },
     };
     Ok(Loaded { face, sections })
+}
+
+/// The points of the neutral and of an example's positions, if the project joins vertices.
+pub(super) fn points(project: &Project, neutral: &Mesh, example: &[[f64; 3]]) -> Option<Points> {
+    project.mesh.welds().then(|| Points::new(neutral, &[example])).flatten()
 }
 
 /// The files that a project is read from, that of the project first. They need not exist.

@@ -130,7 +130,7 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
 const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 fn mesh(section: &Section<'_>) -> Result<MeshSection> {
-    section.allow(&["name", "neutral", "prim", "units", "up"])?;
+    section.allow(&["name", "neutral", "prim", "units", "up", "weld"])?;
     let neutral = section.path("neutral", "the file of the neutral mesh")?;
     let prim = prim(section, &neutral)?;
     let name = section.text("name", "a name")?;
@@ -148,7 +148,8 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
         Some("z" | "Z") => Some(UpAxis::Z),
         Some(other) => return Err(section.wrong("up", &quoted(other), "\"y\" or \"z\"")),
     };
-    Ok(MeshSection { name: name.map(str::to_owned), neutral, prim, units, up })
+    let weld = section.truth("weld")?;
+    Ok(MeshSection { name: name.map(str::to_owned), neutral, prim, units, up, weld })
 }
 
 /// Whether the files of this format may state their unit and the axis that points up.

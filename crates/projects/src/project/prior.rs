@@ -151,7 +151,7 @@ impl Named<'_> {
         let Self { section, path, neutral, neutral_path, reach } = *self;
         let rest_path = existing(path, &section.from, "[prior] from", reach)?;
         let Shapes { neutral: other, shapes, .. } = mesh::read_shapes(&rest_path)?;
-        let rest = mesh::like(other, neutral, neutral_path, &rest_path)?.positions;
+        let order = mesh::order(&other, neutral, neutral_path, &rest_path)?;
         if shapes.is_empty() {
             return Err(Error::empty(format!(
                 "{}: [prior] from names {}, which has no expression in it; export it with its blend shapes (morph \
@@ -161,10 +161,11 @@ impl Named<'_> {
             )));
         }
         let expressions = shapes.into_iter().map(|shape| {
-            let positions = shape.on(&rest);
+            let positions = order.of_neutral(shape.on(&other.positions), &neutral.positions);
             (shape.name, positions)
         });
         let expressions = expressions.collect();
+        let rest = order.of_neutral(other.positions, &neutral.positions);
         Ok(OtherFace { rest_path, rest, expressions })
     }
 }

@@ -3,7 +3,7 @@
 use crate::pattern::is_pattern;
 use rhytid_core::{Bind, ContactSettings, LearnedSettings, UpAxis, WrinkleStrains};
 use rhytid_geometry::Axes;
-use rhytid_meshes::NormalMapConvention;
+use rhytid_meshes::{Format, NormalMapConvention};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
 
@@ -58,6 +58,18 @@ pub struct MeshSection {
     /// The axis that points up. `None`: the one that the neutral's file states, else Y.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub up: Option<UpAxis>,
+    /// Whether vertices on both sides of a cut are joined for the solve. `None`: for glTF, which cuts the
+    /// surface at texture seams, and for no other format.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub weld: Option<bool>,
+}
+
+impl MeshSection {
+    /// Whether vertices are joined for the solve.
+    pub fn welds(&self) -> bool {
+        let is_gltf = matches!(Format::from_extension(&self.neutral), Ok(Format::Gltf));
+        self.weld.unwrap_or(is_gltf)
+    }
 }
 
 /// `[handles]`: the vertices that markers hold.

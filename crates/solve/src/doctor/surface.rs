@@ -3,12 +3,13 @@ use super::finding::{Report, Severity};
 use super::words::{count, first_few};
 use crate::driven::DrivenComponents;
 use glam::DVec3;
-use rhytid_core::{Bind, Face, Method};
+use rhytid_core::{Bind, Face, Faces, Method};
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
 use std::collections::{HashMap, HashSet};
 
-pub(super) fn examine(face: &Face, report: &mut Report) {
+/// `of_file` are the faces before vertices were joined.
+pub(super) fn examine(face: &Face, of_file: &Faces, report: &mut Report) {
     let mesh = &face.neutral;
     let triangles = triangulate(mesh);
     let face_of: Vec<usize> =
@@ -21,7 +22,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     };
     let components = DrivenComponents::new(&mesh.positions, &triangles, &face.handles.points);
 
-    undriven(face, &components, report);
+    undriven(face, of_file, &components, report);
 
     let position = |v: u32| DVec3::from_array(mesh.positions[v as usize]);
     let degenerate: Vec<usize> =
@@ -66,18 +67,22 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
     seams(face, &components, &uses, report);
 }
 
-fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
+fn undriven(face: &Face, of_file: &Faces, components: &DrivenComponents, report: &mut Report) {
     let mesh = &face.neutral;
-    let mut used = vec![false; mesh.positions.len()];
-    mesh.faces.indices.iter().for_each(|&v| used[v as usize] = true);
-    let isolated: Vec<usize> = (0..used.len()).filter(|&v| !used[v]).collect();
+    let in_faces = |faces: &Faces| {
+        let mut used = vec![false; mesh.positions.len()];
+        faces.indices.iter().for_each(|&v| used[v as usize] = true);
+        used
+    };
+    let used_of_file = in_faces(of_file);
+    let isolated: Vec<usize> = (0..used_of_file.len()).filter(|&v| !used_of_file[v]).collect();
     if !isolated.is_empty() {
         let handles = &face.handles;
         let stray: Vec<&String> = handles
             .labels
             .iter()
             .zip(&handles.points)
-            .filter(|(_, point)| !used[point.nearest_vertex().index()])
+            .filter(|(_, point)| !used_of_file[point.nearest_vertex().index()])
             .map(|(label, _)| label)
             .collect();
         let (severity, then) = if stray.is_empty() {
@@ -100,6 +105,8 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
         );
     }
 
+    let used = in_faces(&mesh.faces);
+    let joined = used.iter().zip(&used_of_file).filter(|(named, of_file)| **of_file && !**named).count();
     let mut size: HashMap<u32, (usize, usize)> = HashMap::new();
     for (v, &c) in components.component.iter().enumerate() {
         if !components.driven[v] && used[v] {
@@ -132,7 +139,7 @@ fn undriven(face: &Face, components: &DrivenComponents, report: &mut Report) {
                     "connected component has no handle",
                     "connected components have no handle"
                 ),
-                mesh.positions.len(),
+                mesh.positions.len() - joined,
                 first_few(&listed)
             ),
         );
@@ -204,12 +211,19 @@ fn seams(face: &Face, components: &DrivenComponents, uses: &EdgeUses, report: &m
     split.sort_unstable();
     if !split.is_empty() {
         let named: Vec<String> = split.iter().map(|(v, first)| format!("{v} on {first}")).collect();
+        let cure = match face.settings.weld {
+            true => {
+                "they are not joined where an example moves them apart, where faces next to each other look \
+                 opposite ways, or where edges do not fit together: mend that, or merge them and export again"
+            }
+            false => "set weld = true in [mesh] to join them for the solve, or merge them and export again",
+        };
         report.add(
             Severity::Warning,
             "coincident-boundary-vertices",
             format!(
                 "{} exactly on another one: {}; if they are one point of the skin (glTF splits vertices at texture \
-                 seams), the surface is cut open there: merge them, or export as OBJ",
+                 seams), the surface is cut open there: {cure}",
                 count(split.len(), "boundary vertex lies", "boundary vertices lie"),
                 first_few(&named)
             ),

@@ -9,3 +9,4 @@ mod openings;
 mod parts;
 mod pins;
 mod points;
+mod welded;

@@ -4,6 +4,7 @@ use super::shape::{Shape, list, row, up};
 use rhytid::core::human;
 use rhytid::core::{Bind, Method, StrainEdges, UpAxis};
 use rhytid::formats::{Reach, project};
+use rhytid::solve::points;
 use rhytid::{Face, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -36,6 +37,10 @@ pub(super) struct ProjectInfo {
     up: UpAxis,
     #[serde(flatten)]
     shape: Shape,
+    /// Whether vertices on both sides of a cut are joined for the solve.
+    weld: bool,
+    /// The points of the surface. As many as vertices if none are joined.
+    points: usize,
     handles: usize,
     labels: Vec<String>,
     examples: Vec<String>,
@@ -68,12 +73,15 @@ impl ProjectInfo {
     }
 
     fn new(face: Face, prior: Option<PriorInfo>) -> Self {
+        let points = points(&face).map_or(face.neutral.positions.len(), |points| points.len());
         Self {
             prior,
             name: face.name,
             metres_per_unit: face.metres_per_unit,
             up: face.up_axis,
             shape: Shape::from_mesh(&face.neutral),
+            weld: face.settings.weld,
+            points,
             handles: face.handles.labels.len(),
             labels: face.handles.labels,
             examples: face.examples.into_iter().map(|example| example.name).collect(),
@@ -96,6 +104,13 @@ impl ProjectInfo {
         }
     }
 
+    fn joined(&self) -> String {
+        match self.weld {
+            true => format!("yes, to {}", human::counted(self.points, "point")),
+            false => "no".to_owned(),
+        }
+    }
+
     pub(super) fn rows(&self) -> Vec<[String; 2]> {
         let unit = human::unit(self.metres_per_unit);
         let bending_length = match self.bending_length {
@@ -104,6 +119,7 @@ impl ProjectInfo {
         };
         let mut rows = vec![row("units", format!("{unit}, {} up", up(self.up)))];
         rows.extend(self.shape.rows(&unit));
+        rows.push(row("joined", self.joined()));
         rows.extend([
             row("handles", list(&self.labels)),
             row("examples", list(&self.examples)),

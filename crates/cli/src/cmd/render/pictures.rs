@@ -136,7 +136,7 @@ impl<'a> Pictures<'a> {
                 .show
                 .iter()
                 .any(|show| matches!(show, Show::Strain1 | Show::Strain2))
-                .then(|| StrainGauge::new(&rig.surface().rest, &rig.surface().triangles)),
+                .then(|| StrainGauge::of_surface(rig.surface())),
             millimetres: 1e3 * rig.surface().metres_per_unit as f32,
         })
     }

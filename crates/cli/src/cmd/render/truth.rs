@@ -40,7 +40,7 @@ impl Truth {
         let truth = Self {
             meshes,
             frames,
-            at_vertices: VertexTriangles::new(rig.vertices(), &rig.surface().triangles),
+            at_vertices: rig.surface().vertex_triangles(),
             triangles: rig.surface().triangles.clone(),
             positions: Vec::new(),
             normals: Vec::new(),

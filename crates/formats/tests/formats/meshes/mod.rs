@@ -9,6 +9,7 @@ mod like;
 mod obj;
 mod obj_round_trip;
 mod ply;
+mod points;
 mod shapes;
 mod shared;
 mod skins;
