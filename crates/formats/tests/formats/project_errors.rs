@@ -38,7 +38,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "neutral =",
             "neutrl =",
             "face.toml, line 2: unknown key \"neutrl\" in [mesh] (did you mean \"neutral\"?), \
-             expected name, neutral, prim, units, up",
+             expected name, neutral, prim, units, up, weld",
         ),
         (
             "[handles]",
@@ -79,7 +79,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "units = \"cm\"",
             "zeta = 1\nalpha = 2",
-            "face.toml, line 3: unknown key \"zeta\" in [mesh], expected name, neutral, prim, units, up",
+            "face.toml, line 3: unknown key \"zeta\" in [mesh], expected name, neutral, prim, units, up, weld",
         ),
     ] {
         assert_eq!(changed(from, to), expected);
