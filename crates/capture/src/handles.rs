@@ -4,6 +4,7 @@ use crate::typical::{rigid_set, typical_frame};
 use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint};
 use rhytid_geometry::registration::OntoSurface;
+use rhytid_solve::head::Region;
 use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
 
@@ -33,6 +34,8 @@ pub struct HandleSettings {
     pub rigid: Option<Vec<String>>,
     /// Points of markers that are known.
     pub known: Vec<(String, SurfacePoint)>,
+    /// The head, if the mesh has more and it is found already.
+    pub head: Option<Region>,
 }
 
 /// Where a frame's markers are on a mesh.
@@ -78,7 +81,10 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
         )));
     }
     let at = |m: usize| DVec3::from_array(take.positions[frame * count + m]);
-    let skin = Skin::from_face(face)?;
+    let skin = match &settings.head {
+        Some(head) => Skin::from_region(face, head)?,
+        None => Skin::from_face(face)?,
+    };
     let mut known = vec![None; count];
     for (label, point) in &settings.known {
         if let Some(vertex) = point.triangle().iter().find(|v| v.index() >= face.neutral.positions.len()) {

@@ -36,7 +36,7 @@ pub use normal_map::{Integrated, NormalMap, NormalMapConvention};
 pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
 pub use read::{Format, Selection, decode, read, read_file};
 pub use shape_groups::{ShapeGroup, likeness, shape_groups};
-pub use shapes::{Shape, Shapes, Space, has_shapes, read_shapes};
+pub use shapes::{MeshPart, Shape, Shapes, Space, has_shapes, read_shapes};
 pub use textures::read_textures;
 pub use weights::read_weights;
 pub use write_obj::write_obj;

@@ -123,7 +123,8 @@ impl Source<'_> {
     fn decode(&self, bytes: Vec<u8>, format: Format) -> Result<Shapes> {
         let name = self.name;
         recognise::expect(format, &bytes, name)?;
-        let alone = |neutral| Shapes { neutral, shapes: Vec::new(), space: Space::default() };
+        let alone =
+            |neutral| Shapes { neutral, shapes: Vec::new(), parts: Vec::new(), space: Space::default() };
         let mut read = match format {
             Format::Obj => obj::decode(&bytes, name).map(alone),
             Format::Ply => ply::decode(&bytes, name).map(alone),

@@ -2,6 +2,7 @@
 
 use super::read::{Format, Selection, read_file};
 use rhytid_core::{Error, Mesh, Result, UpAxis};
+use std::ops::Range;
 use std::path::Path;
 
 /// A mesh and its shapes.
@@ -11,8 +12,19 @@ pub struct Shapes {
     pub neutral: Mesh,
     /// In the order of the file.
     pub shapes: Vec<Shape>,
+    /// The objects of the file that have a name, in their order. A file of one object has none.
+    pub parts: Vec<MeshPart>,
     /// The space of all coordinates, as far as the file states it.
     pub space: Space,
+}
+
+/// An object of a file, such as a node of glTF or a prim of USD.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MeshPart {
+    /// Its name in the file.
+    pub name: String,
+    /// Its vertices.
+    pub vertices: Range<u32>,
 }
 
 /// The space of a file's coordinates. OBJ and PLY state none. glTF is in metres with y up. A USD file may

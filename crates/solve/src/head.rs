@@ -69,6 +69,13 @@ pub struct Region {
     pub(crate) is_eye: Vec<bool>,
 }
 
+impl Region {
+    /// Whether a nose between cheeks and a chin were found, so that the face surely looks ahead.
+    pub fn looks_ahead(&self) -> bool {
+        self.profile.is_some()
+    }
+}
+
 /// Finds the head of a face's neutral. The first of these that says something decides:
 ///
 /// 1. `part`, the name of one of the `parts` or of a material.

@@ -85,6 +85,11 @@ pub(crate) struct New {
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]
     pub shapes: Vec<String>,
 
+    /// The part of the neutral that is the head: an object, a group or a material [default: the one that
+    /// examples move, or that has the name or the shape of a head].
+    #[arg(long, value_name = "NAME")]
+    pub part: Option<String>,
+
     /// The neutral's unit: mm, cm, m, in, or the metres in one unit [default: the one that its file states, else
     /// the one in which it has the size of a head].
     #[arg(long, value_name = "UNIT", value_parser = parse_mesh_unit)]

@@ -13,6 +13,7 @@ use rhytid::report::write_handles;
 use rhytid::solve::Skin;
 use rhytid::{Error, Face, InputErrorKind, Result};
 use serde::Serialize;
+use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 /// A marker that was laid farther from its vertex than this, in millimetres, is red in the picture.
@@ -158,6 +159,7 @@ fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHan
         metres_per_unit: args.unit.map(UnitChoice::metres),
         rigid: args.rigid.clone(),
         known: args.at.iter().map(|at| (at.label.clone(), VertexId(at.vertex).into())).collect(),
+        head: None,
     };
     place_handles(face, &raw, &settings).map_err(|error| error.in_file(take.display()))
 }
@@ -177,6 +179,13 @@ fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
     let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
     let mut labels = skin.labels(&vertices);
     labels.iter_mut().zip(&args.at).for_each(|(label, at)| label.clone_from(&at.label));
+    // A label that was given belongs to its vertex alone.
+    let mut taken: HashSet<String> = args.at.iter().map(|at| at.label.clone()).collect();
+    for label in labels.iter_mut().skip(args.at.len()) {
+        while !taken.insert(label.clone()) {
+            label.push('b');
+        }
+    }
     Ok(Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() })
 }
 

@@ -1,7 +1,7 @@
 //! The meshes of a glTF scene, each where its node has it.
 
 use super::super::materials::Assigned;
-use super::super::shapes::{Shapes, Space};
+use super::super::shapes::{MeshPart, Shapes, Space};
 use super::super::uvs::CornerUvs;
 use super::accessor::Accessors;
 use super::buffers::Buffers;
@@ -27,6 +27,7 @@ pub(super) fn read(root: &Root, buffers: &Buffers, name: &str, with_shapes: bool
         skins: HashMap::new(),
         names: HashMap::new(),
         shown: Shown::default(),
+        parts: Vec::new(),
         mesh: Mesh::default(),
         uvs: CornerUvs::default(),
         corners_read: 0,
@@ -48,6 +49,7 @@ struct Reader<'a> {
     /// The names of the targets of meshes.
     names: HashMap<usize, Rc<Vec<String>>>,
     shown: Shown,
+    parts: Vec<MeshPart>,
     mesh: Mesh,
     uvs: CornerUvs,
     /// Corners of all primitives so far.
@@ -123,9 +125,14 @@ impl Reader<'_> {
         self.shown.add(node, mesh, names);
         let mut place = Place { name: String::new(), node: placed, skin, targets: Rc::clone(names) };
         let mut begin = Begin::default();
+        let first = self.mesh.positions.len() as u32;
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             place.name = format!("mesh {index}, primitive {p}");
             self.primitive(primitive, &place, &mut begin)?;
+        }
+        if let Some(name) = node.name.as_ref().or(mesh.name.as_ref()) {
+            let vertices = first..self.mesh.positions.len() as u32;
+            self.parts.push(MeshPart { name: name.clone(), vertices });
         }
         Ok(())
     }
@@ -321,7 +328,7 @@ impl Reader<'_> {
         self.mesh.materials = self.materials.finish();
         let shapes = self.targets.map(Targets::finish).unwrap_or_default();
         let space = Space { metres_per_unit: Some(1.0), up: Some(UpAxis::Y) };
-        Ok(Shapes { neutral: self.mesh, shapes, space })
+        Ok(Shapes { neutral: self.mesh, shapes, parts: self.parts, space })
     }
 
     fn unsupported<T>(&self, what: String) -> Result<T> {

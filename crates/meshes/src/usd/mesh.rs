@@ -12,6 +12,8 @@ use std::collections::HashMap;
 
 /// What a mesh prim has, in the layer's space.
 pub(super) struct PrimMesh {
+    /// The name of the prim.
+    pub(super) name: String,
     pub(super) positions: Vec<[f64; 3]>,
     /// Without those that are holes or have fewer than three corners.
     pub(super) faces: Faces,
@@ -87,6 +89,7 @@ pub(super) fn read(
         }
     }
     let mut read = PrimMesh {
+        name: prim.name.clone(),
         positions,
         faces: Faces::default(),
         uvs: uvs.as_ref().map(|uvs| PrimUvs { values: uvs.values.clone(), corners: Vec::new() }),

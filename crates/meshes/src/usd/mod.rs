@@ -10,7 +10,7 @@ mod values;
 
 use super::materials::Assigned;
 use super::read::Selection;
-use super::shapes::{Shape, Shapes, Space};
+use super::shapes::{MeshPart, Shape, Shapes, Space};
 use super::uvs::{self, CornerUvs};
 use mesh::PrimMesh;
 use rhytid_core::{Error, InputErrorKind, Mesh, Result, UpAxis};
@@ -140,6 +140,7 @@ struct Joined {
     uvs: CornerUvs,
     materials: Assigned,
     shapes: Vec<Shape>,
+    parts: Vec<MeshPart>,
     /// The places of names in `shapes`.
     numbers: HashMap<String, usize>,
     /// Displacements of all shapes.
@@ -153,6 +154,7 @@ impl Joined {
     /// Adds a mesh of a file with so many bytes.
     fn add(&mut self, read: PrimMesh, size: u64, name: &str) -> Result<()> {
         let first = self.mesh.positions.len() as u32;
+        self.parts.push(MeshPart { name: read.name, vertices: first..first + read.positions.len() as u32 });
         let total = self.mesh.positions.len() + read.positions.len();
         if u32::try_from(total).is_err() {
             return Err(Error::out_of_range(format!(
@@ -203,6 +205,6 @@ impl Joined {
     fn finish(mut self, space: Space, name: &str) -> Shapes {
         self.uvs.finish(&mut self.mesh, name);
         self.mesh.materials = self.materials.finish();
-        Shapes { neutral: self.mesh, shapes: self.shapes, space }
+        Shapes { neutral: self.mesh, shapes: self.shapes, parts: self.parts, space }
     }
 }

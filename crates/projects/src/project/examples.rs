@@ -159,7 +159,7 @@ fn of_file(group: &[&Source<'_>], of: Of<'_>) -> Result<Vec<OfSection>> {
         )));
     }
     let read = mesh::read_file(file, &selection(group[0].section), with_shapes)?;
-    let Shapes { neutral: rest, shapes, space } = read;
+    let Shapes { neutral: rest, shapes, space, .. } = read;
     let order = mesh::order(&rest, of.neutral, of.neutral_path, file)?;
     let mut examples = Vec::new();
     for source in group {

@@ -1,26 +1,24 @@
 //! `rhytid new`
 
 mod find;
+mod place;
 mod text;
 mod unit;
 
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use find::{Alike, Found, LeftOut};
-use rhytid::capture::{HandleSettings, place_handles};
-use rhytid::core::{Handles, RawTake, SurfacePoint, UpAxis};
+use place::{Avatar, Placed, find_handles};
+use rhytid::core::UpAxis;
 use rhytid::formats::mesh::{self, Selection};
 use rhytid::formats::project::{self, Project};
-use rhytid::formats::{FileKind, Reach, named_file, raw_take, tables};
-use rhytid::solve::{ExampleSpace, Severity, Skin, examine, example_spaces};
+use rhytid::formats::{FileKind, Reach, named_file, tables};
+use rhytid::solve::head::Region;
+use rhytid::solve::{ExampleSpace, Severity, examine, example_spaces};
 use rhytid::{Error, Face, InputErrorKind, Result};
 use serde::Serialize;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use text::Content;
-use unit::size;
-
-/// The number of handles without a take.
-const HANDLES: usize = 90;
 
 /// Writes a project file and its table of handles, and says what was decided and what comes next.
 ///
@@ -48,7 +46,9 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     let neutral = ui.timed("read the neutral", read).0?;
     let Found { sections, left_out, alike } =
         ui.timed("find examples", || find::examples(args, &neutral)).0?;
-    let unit = unit::unit(&neutral.neutral, neutral.space, None, args)?;
+    let avatar = Avatar::new(args, &neutral)?;
+    let head = avatar.head_alone(&neutral.neutral)?;
+    let unit = unit::unit(&neutral.neutral, neutral.space, head.as_ref(), args)?;
     let mut content = Content {
         folder,
         neutral: &args.neutral,
@@ -58,15 +58,14 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         keys: vec![Vec::new(); sections.len()],
     };
     let Read { face, spaces } = ui.timed("read examples", || read_face(&mut content, &project)).0?;
-    let stated_up = neutral.space.up;
-    let mut placed = ui.timed("place handles", || find_handles(face, stated_up, args, ui)).0?;
+    let mut placed = ui.timed("place handles", || find_handles(face, &avatar, args, ui)).0?;
     if placed.face.up_axis != content.up {
         // Examples that state their up axis stand otherwise to the neutral now.
         content.up = placed.face.up_axis;
         let face = read_face(&mut content, &project)?.face;
         placed.face = Face { handles: placed.face.handles, ..face };
     }
-    let Placed { face, take, distances } = placed;
+    let Placed { face, take, distances, head } = placed;
 
     // Everything is known before the first file is written.
     let text = content.text();
@@ -102,6 +101,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         folder,
         elsewhere,
         face: &face,
+        head: &head,
         unit: text::unit_text(unit.units),
         spaces: &spaces,
         alike: &alike,
@@ -115,7 +115,8 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         picture: picture.as_deref(),
         unit: said.unit.trim_matches('"'),
         up: if face.up_axis == UpAxis::Y { "y" } else { "z" },
-        size_mm: size(&face.neutral, None).map(|length| length * face.metres_per_unit * 1e3),
+        head: &head.why,
+        size_mm: head.size.map(|length| length * face.metres_per_unit * 1e3),
         examples: face.examples.iter().map(|example| &*example.name).collect(),
         in_another_space: said.spaces.iter().map(|space| InAnotherSpace::new(space, &face)).collect(),
         alike: &alike,
@@ -136,6 +137,9 @@ struct Summary<'a> {
     picture: Option<&'a Path>,
     unit: &'a str,
     up: &'static str,
+    /// How the head was found.
+    head: &'a str,
+    /// The size of the head.
     size_mm: [f64; 3],
     examples: Vec<&'a str>,
     in_another_space: Vec<InAnotherSpace<'a>>,
@@ -217,6 +221,7 @@ struct Said<'a> {
     /// The flag that the solve needs for files outside the project's folder, or empty.
     elsewhere: &'a str,
     face: &'a Face,
+    head: &'a Region,
     unit: String,
     spaces: &'a [ExampleSpace],
     alike: &'a [Alike],
@@ -228,17 +233,17 @@ struct Said<'a> {
 impl Said<'_> {
     /// The decisions and the next commands.
     fn text(&self) -> String {
-        let Self { folder, elsewhere, face, .. } = self;
+        let Self { folder, elsewhere, face, head, .. } = self;
         let row = |name: &str, value: String| [name.to_owned(), value];
         let names: Vec<&str> = face.examples.iter().map(|example| &*example.name).collect();
         let names = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
-        let [width, y, z] = size(&face.neutral, None).map(|length| length * face.metres_per_unit * 100.0);
+        let [width, y, z] = head.size.map(|length| length * face.metres_per_unit * 100.0);
         let (up, height, depth) = if face.up_axis == UpAxis::Y { ("Y", y, z) } else { ("Z", z, y) };
         let unit = self.unit.trim_matches('"');
         let size = format!(
             "{unit}, {up} up: the neutral is {width:.0} cm wide, {height:.0} high and {depth:.0} deep"
         );
-        let mut rows = vec![row("unit", size), row("examples", names)];
+        let mut rows = vec![row("unit", size), row("head", head.why.clone()), row("examples", names)];
         for ExampleSpace { example, said, keys } in self.spaces {
             let name = &face.examples[*example].name;
             rows.push(row("in another space", format!("{name} {said}: taken in by {}", keys.join(" and "))));
@@ -264,80 +269,4 @@ impl Said<'_> {
         ]);
         format!("{}: a project, made\n{}{next}", folder.join("face.toml").display(), output::table(&rows))
     }
-}
-
-/// The takes in the neutral's folder, by name.
-fn takes_beside(neutral: &Path) -> Vec<PathBuf> {
-    let folder = neutral.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
-    let mut files: Vec<PathBuf> = entries.map(|entry| entry.path()).collect();
-    files.sort();
-    files.retain(|path| matches!(FileKind::detect(path), Some(FileKind::RawTake | FileKind::Take)));
-    files
-}
-
-/// A face with its handles.
-struct Placed {
-    face: Face,
-    /// The take whose markers they are, if they are any.
-    take: Option<PathBuf>,
-    /// The distance of each handle from its marker, in mesh units.
-    distances: Option<Vec<f64>>,
-}
-
-/// Places the handles at the markers of a take: the one that was given, else the first beside the neutral
-/// whose markers fit the face. A warning names the tables that are passed over. Without a take, handles are
-/// spread over the face. `up` is the axis that points up, if the neutral's file states it.
-fn find_handles(face: Face, up: Option<UpAxis>, args: &args::New, ui: &Ui) -> Result<Placed> {
-    let by = |take: &Path, face: Face| {
-        let (face, distances) = placed(face, up, Some(&raw_take::read(take, None)?))?;
-        Ok(Placed { face, take: Some(take.to_owned()), distances })
-    };
-    if let Some(take) = &args.take {
-        return by(take, face);
-    }
-    for take in takes_beside(&args.neutral) {
-        match by(&take, face.clone()) {
-            Err(error @ Error::Input(_)) => ui.line(&format!(
-                "warning: {}: is passed over, since it is no take of this face ({error}); name a take with --take",
-                take.display()
-            )),
-            found => return found,
-        }
-    }
-    let (face, distances) = placed(face, up, None)?;
-    Ok(Placed { face, take: None, distances })
-}
-
-/// The face with its handles and its best up axis, and the distance of each handle from its marker.
-fn placed(mut face: Face, up: Option<UpAxis>, raw: Option<&RawTake>) -> Result<(Face, Option<Vec<f64>>)> {
-    let Some(raw) = raw else {
-        let skin = Skin::from_face(&face).or_else(|error| {
-            if up.is_some() {
-                return Err(error);
-            }
-            face.up_axis = UpAxis::Z;
-            Skin::from_face(&face)
-        })?;
-        let vertices = skin.spread(HANDLES, &[]);
-        let labels = skin.labels(&vertices);
-        face.handles = Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() };
-        return Ok((face, None));
-    };
-    // The right axis is the one in which the markers fit.
-    let mut with = |up_axis: UpAxis| {
-        face.up_axis = up_axis;
-        place_handles(&face, raw, &HandleSettings::default())
-    };
-    let (up_axis, found) = match up {
-        Some(up) => (up, with(up)?),
-        None => match (with(UpAxis::Y), with(UpAxis::Z)) {
-            (Ok(y), Ok(z)) if z.cost < 0.8 * y.cost => (UpAxis::Z, z),
-            (Err(_), Ok(z)) => (UpAxis::Z, z),
-            (y, _) => (UpAxis::Y, y?),
-        },
-    };
-    face.up_axis = up_axis;
-    face.handles = found.handles;
-    Ok((face, Some(found.distances)))
 }

@@ -5,6 +5,7 @@ use rhytid::core::Mesh;
 use rhytid::core::human;
 use rhytid::formats::mesh::Space;
 use rhytid::formats::project::Units;
+use rhytid::solve::head::Region;
 use rhytid::{Error, Result};
 
 /// Units of meshes, in the order in which they are tried.
@@ -32,15 +33,16 @@ pub(super) struct Unit {
 /// The unit that was given, else the one that the file states if a head has this size in it, else the one in
 /// which the head has the size of a head.
 ///
-/// `head` are the vertices that count.
+/// `head` is the head, if the neutral alone shows it.
 ///
 /// # Errors
 /// [`Error::Input`] if it has the size of a head in no unit.
-pub(super) fn unit(neutral: &Mesh, stated: Space, head: Option<&[bool]>, args: &args::New) -> Result<Unit> {
+pub(super) fn unit(neutral: &Mesh, stated: Space, head: Option<&Region>, args: &args::New) -> Result<Unit> {
     if let Some(units) = args.unit {
         return Ok(Unit { units, warning: None });
     }
-    let across = size(neutral, head).iter().map(|length| length * length).sum::<f64>().sqrt();
+    let size = head.map_or_else(|| size(neutral), |head| head.size);
+    let across = size.iter().map(|length| length * length).sum::<f64>().sqrt();
     let is_head = |units: &Units| SIZES.contains(&(across * units.metres_per_unit()));
     let of_size = UNITS.into_iter().find(is_head);
     let Some(stated) = stated.metres_per_unit.map(named) else {
@@ -79,11 +81,9 @@ fn named(metres: f64) -> Units {
     UNITS.into_iter().find(|units| units.metres_per_unit() == metres).unwrap_or(Units::MetresPerUnit(metres))
 }
 
-/// The size of the surface along x, y and z: of the vertices of its faces, without a few strays. `head` are
-/// the vertices that count, if not all do.
-pub(super) fn size(mesh: &Mesh, head: Option<&[bool]>) -> [f64; 3] {
-    let counts = |v: &&u32| head.is_none_or(|head| head[**v as usize]);
-    let mut used: Vec<u32> = mesh.faces.indices.iter().filter(counts).copied().collect();
+/// The size of the surface along x, y and z: of the vertices of its faces, without a few strays.
+fn size(mesh: &Mesh) -> [f64; 3] {
+    let mut used = mesh.faces.indices.clone();
     used.sort_unstable();
     used.dedup();
     if used.is_empty() {
@@ -116,9 +116,7 @@ mod tests {
             mesh.faces.push(&[v, v + 1, v + 2]);
         }
         mesh.faces.push(&[0, 1, 1001]);
-        let [x, y, z] = size(&mesh, None);
+        let [x, y, z] = size(&mesh);
         assert!((990.0..=1000.0).contains(&x) && y == 0.0 && (1980.0..=2000.0).contains(&z), "{x} {y} {z}");
-        let upper: Vec<bool> = (0..1002).map(|v| v < 100).collect();
-        assert_eq!(size(&mesh, Some(&upper)), [99.0, 0.0, 198.0]);
     }
 }

@@ -69,7 +69,7 @@ fn load(document: &Value) -> rhytid_core::Result<Shapes> {
 
 #[test]
 fn shapes_have_names_and_the_place_of_their_node() {
-    let Shapes { neutral, shapes, space } = load(&document()).unwrap();
+    let Shapes { neutral, shapes, space, .. } = load(&document()).unwrap();
     assert_eq!((space.metres_per_unit, space.up), (Some(1.0), Some(UpAxis::Y)));
     let names: Vec<&str> = shapes.iter().map(|shape| shape.name.as_str()).collect();
     assert_eq!(names, ["smile", "lick", "smile 2", "shape 2"]);
