@@ -373,7 +373,7 @@ fn has_faces(face: &Face) -> Result<()> {
 }
 
 /// The exposure of the head's vertices, V. Only its eyeballs hide them as well: a handle may lie under hair.
-fn seen_of_head(positions: &[[f64; 3]], triangles: &[[u32; 3]], region: &Region) -> Vec<f64> {
+pub(crate) fn seen_of_head(positions: &[[f64; 3]], triangles: &[[u32; 3]], region: &Region) -> Vec<f64> {
     let kept: Vec<usize> = (0..positions.len()).filter(|&v| region.vertices[v] || region.is_eye[v]).collect();
     let mut numbers = vec![None; positions.len()];
     for (number, &v) in (0_u32..).zip(&kept) {

@@ -3,6 +3,8 @@ use super::finding::{Report, Severity};
 use super::words::{count, first_few, length};
 use crate::driven::DrivenComponents;
 use crate::exposure::exposure;
+use crate::head;
+use crate::placement::seen_of_head;
 use glam::DVec3;
 use rhytid_core::{Face, HandleId, Method, StrainEdges, UpAxis, VertexId};
 use rhytid_geometry::geodesic::EdgeGraph;
@@ -74,14 +76,20 @@ fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
 
 /// Handles that cannot be seen from outside: in the mouth, behind the lids.
 fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut Report) {
+    let is_hidden = |seen: &[f64], h: usize| {
+        let v = face.handles.points[h].nearest_vertex().index();
+        seen[v] < HIDDEN && !topology.neighbors(v).is_empty()
+    };
     let seen = exposure(&face.neutral.positions, triangles, topology);
-    let hidden: Vec<String> = (0..face.handles.len())
-        .filter(|&h| {
-            let v = face.handles.points[h].nearest_vertex().index();
-            seen[v] < HIDDEN && !topology.neighbors(v).is_empty()
-        })
-        .map(|h| named(face, h))
-        .collect();
+    let mut hidden: Vec<usize> = (0..face.handles.len()).filter(|&h| is_hidden(&seen, h)).collect();
+    if !hidden.is_empty()
+        && let Ok(head) = head::find(face, &[], None)
+    {
+        // A handle may lie under hair.
+        let seen = seen_of_head(&face.neutral.positions, triangles, &head);
+        hidden.retain(|&h| is_hidden(&seen, h));
+    }
+    let hidden: Vec<String> = hidden.into_iter().map(|h| named(face, h)).collect();
     if !hidden.is_empty() {
         report.add(
             Severity::Warning,

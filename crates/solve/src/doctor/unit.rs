@@ -2,6 +2,7 @@
 use super::finding::{Report, Severity};
 use super::impossible::FLOAT32;
 use super::words::length;
+use crate::head;
 use glam::DVec3;
 use rhytid_core::Face;
 
@@ -11,12 +12,19 @@ const PLAUSIBLE_DIAGONAL: std::ops::Range<f64> = 0.08..1.2;
 /// millimetre.
 const UNSEEN: f64 = 1e-5;
 
+/// Whether a part of the mesh is a head of a plausible size, as of an avatar.
+fn has_a_head(face: &Face) -> bool {
+    let Ok(head) = head::find(face, &[], None) else { return false };
+    let size = DVec3::from_array(head.size).length() * face.metres_per_unit;
+    head.looks_ahead() && PLAUSIBLE_DIAGONAL.contains(&size)
+}
+
 /// Examines the unit and the place. The result is the length of the neutral's diagonal.
 pub(super) fn examine(face: &Face, report: &mut Report) -> f64 {
     let [low, high] = face.neutral.bounds().unwrap_or_default().map(DVec3::from_array);
     let diagonal = high.distance(low);
     let metres = diagonal * face.metres_per_unit;
-    if !PLAUSIBLE_DIAGONAL.contains(&metres) {
+    if !PLAUSIBLE_DIAGONAL.contains(&metres) && !has_a_head(face) {
         let fitting: Vec<&str> = [("m", 1.0), ("cm", 0.01), ("mm", 0.001), ("in", 0.0254)]
             .into_iter()
             .filter(|(_, unit)| PLAUSIBLE_DIAGONAL.contains(&(diagonal * unit)))

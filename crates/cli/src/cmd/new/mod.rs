@@ -244,9 +244,12 @@ impl Said<'_> {
             "{unit}, {up} up: the neutral is {width:.0} cm wide, {height:.0} high and {depth:.0} deep"
         );
         let mut rows = vec![row("unit", size), row("head", head.why.clone()), row("examples", names)];
-        for ExampleSpace { example, said, keys } in self.spaces {
-            let name = &face.examples[*example].name;
-            rows.push(row("in another space", format!("{name} {said}: taken in by {}", keys.join(" and "))));
+        for alike in self.spaces.chunk_by(|a, b| a.said == b.said) {
+            let ExampleSpace { said, keys, .. } = &alike[0];
+            let names: Vec<&str> = alike.iter().map(|space| &*face.examples[space.example].name).collect();
+            let (names, keys) = (names.join(", "), keys.join(" and "));
+            let each = if alike.len() > 1 { "each " } else { "" };
+            rows.push(row("in another space", format!("{names} {each}{said}: taken in by {keys}")));
         }
         for Alike { examples: [a, b], likeness } in self.alike {
             rows.push(row(

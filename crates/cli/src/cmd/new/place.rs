@@ -3,7 +3,7 @@
 use crate::args;
 use crate::progress::Ui;
 use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
-use rhytid::core::{Handles, Mesh, RawTake, Settings, SurfacePoint, UpAxis};
+use rhytid::core::{Handles, Mesh, Settings, SurfacePoint, UpAxis};
 use rhytid::formats::mesh::{self, Shapes};
 use rhytid::formats::{FileKind, raw_take};
 use rhytid::solve::Skin;
@@ -56,48 +56,42 @@ impl Avatar {
             prior: None,
             settings: Settings::default(),
         };
-        match self.head(&mut face) {
-            Ok(head) => Ok(Some(head)),
+        match self.heads(&mut face) {
+            Ok(heads) => Ok(heads.into_iter().next().map(|head| head.region)),
             Err(error) if self.part.is_some() => Err(error),
             Err(_) => Ok(None),
         }
     }
 
-    /// The axes that may point up.
-    fn axes(&self) -> Vec<UpAxis> {
-        self.up.map_or_else(|| vec![UpAxis::Y, UpAxis::Z], |up| vec![up])
-    }
-
-    /// The head of a face, and its up axis: the one in which the head looks ahead, else the first in which it
-    /// has a skin.
+    /// The head of a face by the axes that may point up: the one that the file states, else the one in which
+    /// the head looks ahead, else each.
     ///
     /// # Errors
-    /// As [`head::find`].
-    fn head(&self, face: &mut Face) -> Result<Region> {
-        let mut first = None;
+    /// As [`head::find`], if there is no head by any axis.
+    fn heads(&self, face: &mut Face) -> Result<Vec<Head>> {
+        let mut heads = Vec::new();
         let mut fault = None;
-        for up in self.axes() {
+        for up in self.up.map_or_else(|| vec![UpAxis::Y, UpAxis::Z], |up| vec![up]) {
             face.up_axis = up;
-            let found = head::find(face, &self.parts, self.part.as_deref());
-            match found.and_then(|head| Skin::from_region(face, &head).map(|_| head)) {
-                Ok(head) if head.looks_ahead() => return Ok(head),
-                Ok(head) => {
-                    first.get_or_insert((up, head));
-                }
+            match head::find(face, &self.parts, self.part.as_deref()) {
+                Ok(region) if region.looks_ahead() => return Ok(vec![Head { up, region }]),
+                Ok(region) => heads.push(Head { up, region }),
                 Err(error) => {
                     fault.get_or_insert(error);
                 }
             }
         }
-        match (first, fault) {
-            (Some((up, head)), _) => {
-                face.up_axis = up;
-                Ok(head)
-            }
-            (None, Some(fault)) => Err(fault),
-            (None, None) => Err(Error::Internal("no axis was tried".to_owned())),
+        match fault {
+            Some(fault) if heads.is_empty() => Err(fault),
+            _ => Ok(heads),
         }
     }
+}
+
+/// A head by an up axis.
+struct Head {
+    up: UpAxis,
+    region: Region,
 }
 
 /// A face with its handles.
@@ -140,8 +134,21 @@ fn takes_beside(neutral: &Path) -> Vec<PathBuf> {
 }
 
 fn spread(mut face: Face, avatar: &Avatar) -> Result<Placed> {
-    let head = avatar.head(&mut face)?;
-    let skin = Skin::from_region(&face, &head)?;
+    let mut fault = None;
+    let mut skins = Vec::new();
+    for head in avatar.heads(&mut face)? {
+        face.up_axis = head.up;
+        match Skin::from_region(&face, &head.region) {
+            Ok(skin) => skins.push((head, skin)),
+            Err(error) => {
+                fault.get_or_insert(error);
+            }
+        }
+    }
+    let Some((Head { up, region: head }, skin)) = skins.into_iter().next() else {
+        return Err(fault.unwrap_or_else(|| Error::Internal("no axis was tried".to_owned())));
+    };
+    face.up_axis = up;
     let vertices = skin.spread(HANDLES, &[]);
     let labels = skin.labels(&vertices);
     face.handles = Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() };
@@ -151,14 +158,15 @@ fn spread(mut face: Face, avatar: &Avatar) -> Result<Placed> {
 /// The face with handles at a take's markers, and its best up axis: the one in which the markers fit.
 fn at_markers(mut face: Face, avatar: &Avatar, take: &Path, ui: &Ui) -> Result<Placed> {
     let raw = raw_take::read(take, None)?;
-    let mut best: Option<(UpAxis, Region, PlacedHandles)> = None;
+    let mut best: Option<(Head, PlacedHandles)> = None;
     let mut fault = None;
-    for up in avatar.axes() {
-        face.up_axis = up;
-        match laid(&face, avatar, &raw) {
-            Ok((head, found)) => {
-                if best.as_ref().is_none_or(|(_, _, before)| found.cost < 0.8 * before.cost) {
-                    best = Some((up, head, found));
+    for head in avatar.heads(&mut face)? {
+        face.up_axis = head.up;
+        let settings = HandleSettings { head: Some(head.region.clone()), ..HandleSettings::default() };
+        match place_handles(&face, &raw, &settings) {
+            Ok(found) => {
+                if best.as_ref().is_none_or(|(_, before)| found.cost < 0.8 * before.cost) {
+                    best = Some((head, found));
                 }
             }
             Err(error) => {
@@ -166,7 +174,7 @@ fn at_markers(mut face: Face, avatar: &Avatar, take: &Path, ui: &Ui) -> Result<P
             }
         }
     }
-    let Some((up, head, found)) = best else {
+    let Some((Head { up, region: head }, found)) = best else {
         return Err(fault.unwrap_or_else(|| Error::Internal("no axis was tried".to_owned())));
     };
     for warning in &found.warnings {
@@ -175,10 +183,4 @@ fn at_markers(mut face: Face, avatar: &Avatar, take: &Path, ui: &Ui) -> Result<P
     face.up_axis = up;
     face.handles = found.handles;
     Ok(Placed { face, head, take: Some(take.to_owned()), distances: Some(found.distances) })
-}
-
-fn laid(face: &Face, avatar: &Avatar, raw: &RawTake) -> Result<(Region, PlacedHandles)> {
-    let head = head::find(face, &avatar.parts, avatar.part.as_deref())?;
-    let settings = HandleSettings { head: Some(head.clone()), ..HandleSettings::default() };
-    Ok((head, place_handles(face, raw, &settings)?))
 }
