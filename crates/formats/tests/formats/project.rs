@@ -17,6 +17,7 @@ name = "Ada"
 neutral = "neutral.obj"        # paths are relative to this file
 units = "cm"
 up = "z"
+weld = true
 [handles]
 vertices = "markers.csv"
 [[example]]
@@ -92,7 +93,7 @@ fn full() -> Project {
             neutral: "neutral.obj".into(),
             units: Units::Centimetres,
             up: UpAxis::Z,
-            weld: None,
+            weld: Some(true),
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![example("frown", "poses/frown.obj"), example("smile", "poses/smile.ply")],
@@ -213,6 +214,21 @@ fn units_and_axes_are_understood() {
 }
 
 #[test]
+fn vertices_are_joined_for_gltf_alone_unless_the_project_says_otherwise() {
+    for (neutral, weld, joins) in [
+        ("n.obj", "", false),
+        ("n.ply", "", false),
+        ("n.glb", "", true),
+        ("n.GLTF", "", true),
+        ("n.obj", "weld = true\n", true),
+        ("n.glb", "weld = false\n", false),
+    ] {
+        let text = SMALLEST.replace("n.obj", neutral).replace("units", &format!("{weld}units"));
+        assert_eq!(parse(&text, "face.toml").unwrap().mesh.welds(), joins, "{neutral} {weld}");
+    }
+}
+
+#[test]
 fn what_is_written_can_be_read_by_people() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.toml");
@@ -310,7 +326,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             name: mesh.0,
             neutral: mesh.1,
             units: mesh.2,
-            weld: None,
+            weld: mesh.3.then_some(choices.1),
             up: if mesh.3 { UpAxis::Z } else { UpAxis::Y },
         },
         handles: HandlesSection { vertices },
