@@ -5,7 +5,6 @@ use rhytid_conformance::Expected;
 use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
 use rhytid_core::{Animator, Backend, BasisStorage, Stage, StrainEdgeId, VertexId};
-use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{detail, fine_scale, normals};
 
 fn cpu() -> Cpu {

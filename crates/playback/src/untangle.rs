@@ -329,6 +329,7 @@ mod tests {
     use rhytid_conformance::evaluate;
     use rhytid_core::{LearnedSettings, Method, NoProgress};
     use rhytid_kernels::normals;
+    use rhytid_test_support::split::{SplitFace, split};
 
     fn untangle(rig: &Rig) -> Untangle<'_> {
         let triangles = rig.surface().vertex_triangles();
@@ -477,6 +478,30 @@ mod tests {
             assert!(!turned.is_empty());
             let moved = untangle.turn_back(&handles, &shell, turned.into_iter().collect());
             assert!(moved.is_empty(), "{moved:?}");
+        }
+    }
+
+    #[test]
+    fn a_split_face_is_turned_back_as_the_whole_one_is() {
+        let mut face = rhytid_demo::face(1_000);
+        face.neutral.positions.iter_mut().flatten().for_each(|x| *x = f64::from(*x as f32));
+        let whole = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let SplitFace { face, of_vertex } = split(&face, |face, _| face);
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let [untangle_whole, untangle_split] = [&whole, &rig].map(untangle);
+        let handles = handles_at_rest(&whole);
+        let each = |positions: &[[f32; 3]]| -> Vec<[f32; 3]> {
+            of_vertex.iter().map(|&v| positions[v as usize]).collect()
+        };
+        for v in amid_free_ones(&untangle_whole).into_iter().step_by(97) {
+            let before = tangled(&whole, v, 1.5);
+            let (mut expected, mut found) = (before.clone(), each(&before));
+            let mut normals = [vec![[0.0; 3]; expected.len()], vec![[0.0; 3]; found.len()]];
+            untangle_whole.frame(handles.as_chunks().0, &mut expected, &mut normals[0]);
+            untangle_split.frame(handles.as_chunks().0, &mut found, &mut normals[1]);
+            assert!(apart(&before, &expected) > 0.0, "vertex {v}");
+            assert_eq!(found, each(&expected), "vertex {v}");
+            assert_eq!(normals[1], each(&normals[0]), "vertex {v}");
         }
     }
 }

@@ -7,7 +7,7 @@ use rhytid::core::StrainEdgeId;
 use rhytid::core::rig_file;
 use rhytid::formats::{animation, take};
 use rhytid::{Rig, Take};
-use rhytid_kernels::normals::{self, VertexTriangles};
+use rhytid_kernels::normals;
 use rhytid_test_support::python;
 use std::process::Command;
 

@@ -17,6 +17,7 @@ name = "Ada"
 neutral = "neutral.obj"        # paths are relative to this file
 units = "cm"
 up = "z"
+weld = true
 [handles]
 vertices = "markers.csv"
 [[example]]
@@ -111,7 +112,7 @@ fn full() -> Project {
             prim: None,
             units: Some(Units::Centimetres),
             up: Some(UpAxis::Z),
-            weld: None,
+            weld: Some(true),
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![
@@ -244,6 +245,21 @@ fn units_and_axes_are_understood() {
 }
 
 #[test]
+fn vertices_are_joined_for_gltf_alone_unless_the_project_says_otherwise() {
+    for (neutral, weld, joins) in [
+        ("n.obj", "", false),
+        ("n.ply", "", false),
+        ("n.glb", "", true),
+        ("n.GLTF", "", true),
+        ("n.obj", "weld = true\n", true),
+        ("n.glb", "weld = false\n", false),
+    ] {
+        let text = SMALLEST.replace("n.obj", neutral).replace("units", &format!("{weld}units"));
+        assert_eq!(parse(&text, "face.toml").unwrap().mesh.welds(), joins, "{neutral} {weld}");
+    }
+}
+
+#[test]
 fn what_is_written_can_be_read_by_people() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("face.toml");
@@ -343,7 +359,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             prim: None,
             units: Some(mesh.2),
             up: Some(if mesh.3 { UpAxis::Z } else { UpAxis::Y }),
-            weld: None,
+            weld: mesh.3.then_some(choices.1),
         },
         handles: HandlesSection { vertices },
         examples: examples

@@ -185,6 +185,7 @@ fn wrong_values_are_named_with_what_was_found_and_expected() {
         ("units", "name = \" \"\nunits", "line 3: [mesh] name is \" \", expected a name that is not empty"),
         ("units", "up = \"x\"\nunits", "line 3: [mesh] up is \"x\", expected \"y\" or \"z\""),
         ("units", "up = 1\nunits", "line 3: [mesh] up is 1, expected \"y\" or \"z\""),
+        ("units", "weld = \"yes\"\nunits", "line 3: [mesh] weld is \"yes\", expected true or false"),
         ("\"frown\"", "\"\"", "line 9: [[example]] name is \"\", expected a name that is not empty"),
         ("\"frown\"", "\"frown\"\nmirror = 1", "line 10: [[example]] mirror is 1, expected true or false"),
         ("\"frown\"", "3", "line 9: [[example]] name is 3, expected a name that no other example has"),

@@ -4,7 +4,7 @@ use crate::Selection;
 use rhytid_core::{HandleId, NoProgress, StrainEdgeId, channel};
 use rhytid_devices::{Guard, choose_devices};
 use rhytid_formats::export::{Frame, OutputStage, Recipe};
-use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
+use rhytid_kernels::normals::vertex_normal;
 use std::fs;
 use std::path::PathBuf;
 
