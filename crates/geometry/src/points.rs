@@ -32,13 +32,13 @@ type Place = [u64; 3];
 impl Points {
     /// The points of a mesh, some of which are several vertices. `None` if each vertex is a point of its own.
     ///
-    /// Two vertices are one point where two open edges of the mesh lie on each other, and their faces go along
-    /// them in opposite directions. So the surface goes on there. In every one of the `examples`, V positions
-    /// each, both edges have to lie on each other too. So lips that touch in the neutral are two. Of several
-    /// edges that fit, those with the nearest numbers are joined.
+    /// Two vertices are one point where two open edges of the mesh lie on each other, and their faces go
+    /// along them in opposite directions. So the surface goes on there. In every one of the `examples`, V
+    /// positions each, both edges have to lie on each other too. So lips that touch in the neutral are two.
+    /// Of several edges that fit, those with the nearest numbers are joined.
     ///
-    /// A point never has more than [`MOST_AROUND_JOINED`] triangles around it. Its vertices stay apart where it
-    /// would.
+    /// A point never has more than [`MOST_AROUND_JOINED`] triangles around it. Its vertices stay apart where
+    /// it would.
     pub fn new(mesh: &Mesh, examples: &[&[[f64; 3]]]) -> Option<Self> {
         let mut joins = Joins { parent: (0..mesh.positions.len() as u32).collect() };
         let [low, high] = mesh.bounds()?;
@@ -85,7 +85,8 @@ impl Points {
         self.of_vertex.iter().map(|&point| self.first[point as usize]).collect()
     }
 
-    /// Takes all vertices of a point to where one of them is that moved from its place in `before`. V positions.
+    /// Takes all vertices of a point to where one of them is that moved from its place in `before`. V
+    /// positions.
     pub fn follow(&self, before: &[[f64; 3]], positions: &mut [[f64; 3]]) {
         let mut moved: Vec<Option<[f64; 3]>> = vec![None; self.len()];
         for (&point, (before, x)) in self.of_vertex.iter().zip(before.iter().zip(positions.iter())) {

@@ -15,9 +15,9 @@ const POINTS_OF_BOTH: f64 = 0.9;
 
 /// For each vertex of the neutral, a vertex of `mesh` in its place. `None` for a vertex in no face.
 ///
-/// Both need faces of as many corners in the same order. All corners of a vertex of the neutral must be in one
-/// place in `mesh`. The vertices of both are joined where both meshes have them in one place, and must then be
-/// as many points. `None` where any of it does not hold.
+/// Both need faces of as many corners in the same order. All corners of a vertex of the neutral must be in
+/// one place in `mesh`. The vertices of both are joined where both meshes have them in one place, and must
+/// then be as many points. `None` where any of it does not hold.
 pub(super) fn vertices(mesh: &Mesh, neutral: &Mesh) -> Option<Vec<Option<u32>>> {
     if mesh.faces.counts != neutral.faces.counts {
         return None;

@@ -22,8 +22,8 @@ impl DisplacementMap {
 
     /// Moves a mesh's vertices, by `full` mesh units where the map is white. A vertex with several texture
     /// coordinates takes the mean of the map at them. Pixel centres have the values, and between them the map
-    /// is linear. Vertices beyond the image stay, because other tiles (UDIM) move them. So do faces whose corners
-    /// have one texture coordinate, as parts without any.
+    /// is linear. Vertices beyond the image stay, because other tiles (UDIM) move them. So do faces whose
+    /// corners have one texture coordinate, as parts without any.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if the mesh has no texture coordinates.

@@ -23,13 +23,14 @@ pub fn read_like(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<Vec
 /// Which vertex of a mesh is which of the neutral's.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Order {
-    /// For each vertex of the neutral, the vertex of the mesh, or `None` for a vertex in no face. `None` if the
-    /// mesh has the neutral's order.
+    /// For each vertex of the neutral, the vertex of the mesh, or `None` for a vertex in no face. `None` if
+    /// the mesh has the neutral's order.
     vertices: Option<Vec<Option<u32>>>,
 }
 
 impl Order {
-    /// Positions of the mesh's vertices in the neutral's order. A vertex in no face is where `neutral` has it.
+    /// Positions of the mesh's vertices in the neutral's order. A vertex in no face is where `neutral` has
+    /// it.
     pub fn of_neutral(&self, positions: Vec<[f64; 3]>, neutral: &[[f64; 3]]) -> Vec<[f64; 3]> {
         match &self.vertices {
             Some(vertices) => moved(neutral, vertices, &positions),

@@ -91,8 +91,8 @@ fn sided(name: &str) -> Vec<Sided> {
     found
 }
 
-/// How alike the displacements of two shapes are, from -1 to 1: the cosine of the angle between them. 1 is the
-/// same up to a factor, and 0 has nothing in common. 0 if one moves nothing.
+/// How alike the displacements of two shapes are, from -1 to 1: the cosine of the angle between them. 1 is
+/// the same up to a factor, and 0 has nothing in common. 0 if one moves nothing.
 pub fn likeness(a: &Shape, b: &Shape) -> f64 {
     let length = |shape: &Shape| shape.moved.iter().flat_map(|(_, by)| by).map(|x| x * x).sum::<f64>().sqrt();
     let by_vertex: HashMap<u32, [f64; 3]> = b.moved.iter().copied().collect();

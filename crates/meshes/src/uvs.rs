@@ -36,8 +36,8 @@ impl CornerUvs {
         self.corners.resize(self.corners.len() + corners, NONE);
     }
 
-    /// Puts the coordinates into the mesh, in their simplest form. Corners without one are at [`NOWHERE`], and
-    /// a warning counts them. If all are, the mesh has no texture coordinates.
+    /// Puts the coordinates into the mesh, in their simplest form. Corners without one are at [`NOWHERE`],
+    /// and a warning counts them. If all are, the mesh has no texture coordinates.
     pub(super) fn finish(mut self, mesh: &mut Mesh, name: &str) {
         let all = self.corners.len();
         let (mut without, mut past, mut odd) = (0, 0, 0);

@@ -34,9 +34,10 @@ const NECK: f64 = 0.4;
 /// chin.
 const BOX: f64 = 0.75;
 
-/// The least and the largest size of an eyeball along an axis, in widths of the head, and how much longer it
-/// may be along one axis than along another: some are only the half that is seen.
+/// The least and the largest size of an eyeball along an axis, in widths of the head.
 const EYES: [f64; 2] = [0.06, 0.35];
+
+/// How much longer an eyeball may be along one axis than along another: some are only the half that is seen.
 const FLATTEST_EYE: f64 = 3.0;
 
 /// How far the middle of an eyeball is from the tip of the nose to its side, and forward, in widths of the
@@ -59,8 +60,8 @@ pub struct Region {
     /// V: whether a vertex is of the head. Eyes, teeth, hair and clothes are not, if they are not connected
     /// with it.
     pub vertices: Vec<bool>,
-    /// The size along x, y and z of the head's bounding box in mesh units. The neck is left out if the chin is
-    /// found.
+    /// The size along x, y and z of the head's bounding box in mesh units. The neck is left out if the chin
+    /// is found.
     pub size: [f64; 3],
     /// How the head was found: the second half of a sentence that begins with “the head is”.
     pub why: String,
@@ -250,8 +251,8 @@ impl Avatar {
         (most.0 > 0.0).then_some(most.1)
     }
 
-    /// The part with the shape of a face: with eyes or a throat, in the middle of the upper part of the mesh. Of
-    /// several, one with eyes, and the one with the widest head.
+    /// The part with the shape of a face: with eyes or a throat, in the middle of the upper part of the mesh.
+    /// Of several, one with eyes, and the one with the widest head.
     fn with_a_face(&self) -> Option<usize> {
         let [low, high] = bounds(self.by_area.iter().flat_map(|&c| &self.members[c]).map(|&v| self.at(v)))?;
         // A mesh that is no higher than a head and its neck is all upper part.

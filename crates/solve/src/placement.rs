@@ -93,8 +93,8 @@ impl Skin {
     /// matter.
     ///
     /// # Errors
-    /// As [`head::find`]; [`Error::Input`] if nothing is left. This is so for a mesh without faces, and for one
-    /// that looks another way than along +Z (up Y) or −Y (up Z).
+    /// As [`head::find`]; [`Error::Input`] if nothing is left. This is so for a mesh without faces, and for
+    /// one that looks another way than along +Z (up Y) or −Y (up Z).
     pub fn from_face(face: &Face) -> Result<Self> {
         let in_place = aligned(face);
         let face = in_place.as_ref().map_or(face, |(face, _)| face);

@@ -90,8 +90,8 @@ impl Profile {
         Self::of_width(triangles, top, 0.5 * (low + high), high - low)
     }
 
-    /// Whether a point of the skin is on the front of the face: below the hairline, before the ears, and above
-    /// the line from the chin along the jaw.
+    /// Whether a point of the skin is on the front of the face: below the hairline, before the ears, and
+    /// above the line from the chin along the jaw.
     pub(crate) fn has_in_front(&self, point: DVec3) -> bool {
         let height = self.nose.y - self.chin.y;
         let hairline = HAIRLINE * (self.top - self.chin.y) - height;

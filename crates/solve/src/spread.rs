@@ -25,7 +25,8 @@ const STEPS: usize = 6;
 
 impl Skin {
     /// Vertices for `count` handles, spread evenly over the front of the face, after the `kept` ones: brows,
-    /// lids, nose, cheeks, lips, jaw and chin. With examples, only over the height and width of what they move.
+    /// lids, nose, cheeks, lips, jaw and chin. With examples, only over the height and width of what they
+    /// move.
     ///
     /// Each next vertex is the farthest from those before it. Then the vertices go to the middles of their
     /// cells, in several rounds. On a symmetric face, all but the kept ones are symmetric. No two are nearer

@@ -1,7 +1,8 @@
 //! Meshes as GLB.
 use rhytid_core::Mesh;
 
-/// The mesh as a GLB of triangles, with its vertices in their order. Polygons are cut from their first corner.
+/// The mesh as a GLB of triangles, with its vertices in their order. Polygons are cut from their first
+/// corner.
 pub fn glb(mesh: &Mesh) -> Vec<u8> {
     let mut positions: Vec<u8> = Vec::new();
     for x in mesh.positions.as_flattened() {

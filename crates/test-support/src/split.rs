@@ -21,8 +21,8 @@ pub struct SplitFace {
 /// The mesh with a vertex for each pair of a vertex and the side of one of its corners. Vertices are in the
 /// order of those that were split.
 ///
-/// `side` takes the number of a face and that of a corner. With the face as its side, every corner is a vertex,
-/// as with flat shading.
+/// `side` takes the number of a face and that of a corner. With the face as its side, every corner is a
+/// vertex, as with flat shading.
 pub fn split_mesh(mesh: &Mesh, side: impl Fn(usize, usize) -> usize) -> SplitMesh {
     let of_faces = (0..).zip(&mesh.faces.counts).flat_map(|(f, &n)| std::iter::repeat_n(f, n as usize));
     let corners: Vec<(u32, usize)> = of_faces

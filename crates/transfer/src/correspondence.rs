@@ -157,8 +157,8 @@ pub(crate) fn correspondence(
     })
 }
 
-/// For each vertex of a rig, the vertex of a mesh that has the same faces. The mesh may have one vertex for each
-/// point of the rig. `None` if the faces differ.
+/// For each vertex of a rig, the vertex of a mesh that has the same faces. The mesh may have one vertex for
+/// each point of the rig. `None` if the faces differ.
 fn numbers(surface: &Surface, to: &Mesh) -> Option<Vec<u32>> {
     let vertices = surface.rest.len() as u32;
     if surface.faces == to.faces && surface.rest.len() == to.positions.len() {

@@ -71,8 +71,8 @@ pub(crate) struct New {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
 
-    /// The folder with the expressions: meshes, or files with shapes [default: poses, examples, expressions or
-    /// scans beside the neutral, or its own].
+    /// The folder with the expressions: meshes, or files with shapes [default: poses, examples, expressions
+    /// or scans beside the neutral, or its own].
     #[arg(long, value_name = "FOLDER")]
     pub examples: Option<PathBuf>,
 
@@ -90,8 +90,8 @@ pub(crate) struct New {
     #[arg(long, value_name = "NAME")]
     pub part: Option<String>,
 
-    /// The neutral's unit: mm, cm, m, in, or the metres in one unit [default: the one that its file states, else
-    /// the one in which it has the size of a head].
+    /// The neutral's unit: mm, cm, m, in, or the metres in one unit [default: the one that its file states,
+    /// else the one in which it has the size of a head].
     #[arg(long, value_name = "UNIT", value_parser = parse_mesh_unit)]
     pub unit: Option<Units>,
 

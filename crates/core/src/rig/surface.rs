@@ -26,8 +26,8 @@ pub struct Surface<T: Real = f32> {
     pub rest: Vec<[T; 3]>,
     /// V one-ring neighbours that orient the tangent frames (section 5); a vertex without any names itself.
     pub tangent_neighbors: Vec<VertexId>,
-    /// V: the lowest of the vertices that are one point of the surface with this vertex, such as those on both
-    /// sides of a texture seam. They have equal numbers everywhere in the rig. Handles and all lists of
+    /// V: the lowest of the vertices that are one point of the surface with this vertex, such as those on
+    /// both sides of a texture seam. They have equal numbers everywhere in the rig. Handles and all lists of
     /// vertices name the lowest. `None` if each vertex is a point of its own.
     pub joined: Option<Vec<VertexId>>,
 }

@@ -112,8 +112,8 @@ impl<'a> Regions<'a> {
         Ok(self.of_points(weights))
     }
 
-    /// V weights in which a point of the surface has the largest weight of its vertices, so that nothing tears
-    /// where a region ends at a seam.
+    /// V weights in which a point of the surface has the largest weight of its vertices, so that nothing
+    /// tears where a region ends at a seam.
     fn of_points(&self, mut weights: Vec<f32>) -> Parts {
         let surface = self.rig.surface();
         for (v, first) in surface.copies() {

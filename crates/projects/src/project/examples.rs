@@ -40,8 +40,8 @@ struct Source<'a> {
 /// Reads all examples of a project, in the order of its sections.
 ///
 /// # Errors
-/// [`Error::Input`] if a file or shape is not there or does not match the neutral, or if two examples have the
-/// same name; [`Error::Io`].
+/// [`Error::Input`] if a file or shape is not there or does not match the neutral, or if two examples have
+/// the same name; [`Error::Io`].
 pub(super) fn read(of: Of<'_>) -> Result<Vec<OfSection>> {
     let mut sources = Vec::new();
     for (number, section) in of.project.examples.iter().enumerate() {

@@ -145,8 +145,8 @@ pub struct ExampleSection {
 }
 
 impl ExampleSection {
-    /// The name of its example: its own, else that of its shapes. `None` if it has an example for each file or
-    /// shape.
+    /// The name of its example: its own, else that of its shapes. `None` if it has an example for each file
+    /// or shape.
     pub fn name_of_one(&self) -> Option<String> {
         let of_shapes = (!self.shape.is_empty()).then(|| self.shape.join("+"));
         self.name.clone().or(of_shapes)

@@ -35,9 +35,9 @@ impl NeutralSpace {
 
     /// Takes an example's positions from the space of its file to the neutral's.
     ///
-    /// An example's own keys come first. If both files state their space, the example's stands to the neutral's
-    /// as they say. If only the example's file states it, it is compared with the space that the project says
-    /// of the neutral. Otherwise both are in the same space.
+    /// An example's own keys come first. If both files state their space, the example's stands to the
+    /// neutral's as they say. If only the example's file states it, it is compared with the space that the
+    /// project says of the neutral. Otherwise both are in the same space.
     pub(super) fn take_in(&self, positions: &mut [[f64; 3]], of_file: Space, example: &ExampleSection) {
         let unit = match (example.unit, of_file.metres_per_unit) {
             (Some(unit), _) => unit.metres_per_unit() / self.metres_per_unit,

@@ -17,7 +17,8 @@ struct Avatar {
 }
 
 impl Avatar {
-    /// Adds a tube of `around` × `along` vertices; `place` gets the angle from the front, and 0 at the top to 1.
+    /// Adds a tube of `around` × `along` vertices; `place` gets the angle from the front, and 0 at the top to
+    /// 1.
     fn add(&mut self, name: &str, around: u32, along: u32, place: impl Fn(f64, f64) -> DVec3) {
         let first = self.mesh.positions.len() as u32;
         for j in 0..along {
