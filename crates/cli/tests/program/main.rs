@@ -20,6 +20,7 @@ mod limits;
 mod live;
 #[cfg(target_os = "linux")]
 mod memory;
+mod new_project;
 mod oracles;
 mod output;
 mod outputs;
