@@ -39,7 +39,8 @@ fn in_one_place(mesh: &Mesh, other: &Mesh) -> Option<Vec<Option<u32>>> {
     let [low, high] = other.bounds()?;
     let size = (0..3).map(|c| (high[c] - low[c]).powi(2)).sum::<f64>().sqrt();
     let mut vertices = vec![None; mesh.positions.len()];
-    for (&v, &w) in mesh.faces.indices.iter().zip(&other.faces.indices) {
+    for (&v, corner) in mesh.faces.indices.iter().zip(corners(mesh, other)) {
+        let w = other.faces.indices[corner];
         let first = *vertices[v as usize].get_or_insert(w);
         let [a, b] = [first, w].map(|w| other.positions[w as usize]);
         if (0..3).any(|c| (a[c] - b[c]).abs() > TOGETHER * size) {
@@ -47,6 +48,50 @@ fn in_one_place(mesh: &Mesh, other: &Mesh) -> Option<Vec<Option<u32>>> {
         }
     }
     Some(vertices)
+}
+
+/// How a quad a, b, c, d is cut into two triangles that follow each other in a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Cut {
+    /// a, b, c and a, c, d.
+    Ac,
+    /// a, b, d and b, c, d.
+    Bd,
+}
+
+/// For each corner of `mesh`, the corner of `other`, which has faces of as many corners.
+///
+/// It has the same number, except in quads that are cut in another way. Exporters cut a quad by its shape, so
+/// a few are cut in another way in a pose.
+fn corners(mesh: &Mesh, other: &Mesh) -> Vec<usize> {
+    let mut corners: Vec<usize> = (0..mesh.faces.indices.len()).collect();
+    let mut first = 0;
+    for counts in mesh.faces.counts.windows(2) {
+        if counts == [3, 3] {
+            let of_quad = match (cut(mesh, first), cut(other, first)) {
+                (Some(Cut::Ac), Some(Cut::Bd)) => Some([0, 1, 4, 0, 4, 5]),
+                (Some(Cut::Bd), Some(Cut::Ac)) => Some([0, 1, 5, 1, 2, 5]),
+                _ => None,
+            };
+            for (i, corner) in of_quad.into_iter().flatten().enumerate() {
+                corners[first + i] = first + corner;
+            }
+        }
+        first += counts[0] as usize;
+    }
+    corners
+}
+
+/// How the two triangles with the six corners from `first` on cut a quad, by the places of the corners.
+fn cut(mesh: &Mesh, first: usize) -> Option<Cut> {
+    let at = |corner: usize| mesh.positions[mesh.faces.indices[first + corner] as usize];
+    if at(0) == at(3) && at(2) == at(4) {
+        Some(Cut::Ac)
+    } else if at(1) == at(3) && at(2) == at(5) {
+        Some(Cut::Bd)
+    } else {
+        None
+    }
 }
 
 /// Positions where `other` has the vertices of a mesh. Those in no face are where they are in `own`.

@@ -7,7 +7,7 @@ use rhytid_core::{
 };
 use rhytid_kernels::vec3;
 use rhytid_solve::solve;
-use rhytid_test_support::changed;
+use rhytid_test_support::{changed, triangle};
 use serde_json::{Value, json};
 use std::sync::LazyLock;
 
@@ -349,6 +349,28 @@ fn any_reader_of_safetensors_finds_the_arrays() {
 }
 
 #[test]
+fn joined_vertices_that_are_no_points_are_refused() {
+    let joined = |joined: [u32; 3]| {
+        changed(&triangle(), |parts| {
+            parts.surface.rest[2] = parts.surface.rest[1];
+            parts.surface.joined = Some(joined.map(VertexId).to_vec());
+        })
+    };
+    let rig = joined([0, 1, 1]).unwrap();
+    let bytes = rig_file::encode(&rig).unwrap();
+    assert_eq!(rig_file::decode(&bytes, "rig").unwrap(), rig);
+    for (wrong, words) in [
+        ([0, 1, 3], "joined_vertices[2] is 3, expected an index below 3"),
+        ([0, 2, 2], "joined_vertices[1] is 2, which is not the first of its point"),
+        ([0, 0, 1], "joined_vertices[2] is 1, which is not the first of its point"),
+        ([0, 1, 0], "joined_vertices[2] is 0, which is elsewhere at rest"),
+    ] {
+        let error = joined(wrong).unwrap_err().to_string();
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn files_cut_short_anywhere() {
     for length in 0..BYTES.len() {
         assert_eq!(refused(&BYTES[..length], &["cut short"]), InputErrorKind::CutShort);
@@ -359,17 +381,17 @@ fn files_cut_short_anywhere() {
 #[test]
 fn other_versions_and_other_files() {
     // Earlier versions that are no longer written, and later ones.
-    for version in [0, 1, 3, 4, 10, u32::MAX] {
+    for version in [0, 1, 3, 4, 11, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
         let kind = refused(
             &bytes,
-            &[&format!("version {version}, expected 2, 5, 6, 7, 8 or 9"), "solve the face again"],
+            &[&format!("version {version}, expected 2, 5, 6, 7, 8, 9 or 10"), "solve the face again"],
         );
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // Such a file may have entirely different metadata, and arrays that are unknown here.
-    let newer = with_metadata(|m| *m = json!({"version": 10}));
-    refused(&newer, &["version 10, expected 2, 5, 6, 7, 8 or 9"]);
+    let newer = with_metadata(|m| *m = json!({"version": 11}));
+    refused(&newer, &["version 11, expected 2, 5, 6, 7, 8, 9 or 10"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],

@@ -57,12 +57,12 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         sections: &sections,
         keys: vec![Vec::new(); sections.len()],
     };
-    let Read { face, spaces } = ui.timed("read examples", || read_face(&mut content, &project)).0?;
+    let Read { face, spaces } = ui.timed("read examples", || read_face(&mut content)).0?;
     let mut placed = ui.timed("place handles", || find_handles(face, &avatar, args, ui)).0?;
     if placed.face.up_axis != content.up {
         // Examples that state their up axis stand otherwise to the neutral now.
         content.up = placed.face.up_axis;
-        let face = read_face(&mut content, &project)?.face;
+        let face = read_face(&mut content)?.face;
         placed.face = Face { handles: placed.face.handles, ..face };
     }
     let Placed { face, take, distances, head } = placed;
@@ -173,10 +173,12 @@ struct Read {
 }
 
 /// Reads the face as its project file will have it. Examples in another space get the keys that take them in.
-fn read_face(content: &mut Content<'_>, project: &Path) -> Result<Read> {
-    let name = project.display().to_string();
+fn read_face(content: &mut Content<'_>) -> Result<Read> {
+    // The folder of the project need not be there yet, so it is read as if it were in the working folder.
     let read = |content: &Content<'_>| {
-        project::load_without_handles(&project::parse(&content.text(), &name)?, project, Reach::Anywhere)
+        let here = Content { folder: Path::new(""), keys: content.keys.clone(), ..*content };
+        let project = project::parse(&here.text(), "face.toml")?;
+        project::load_without_handles(&project, Path::new("face.toml"), Reach::Anywhere)
     };
     let face = read(content)?;
     let spaces = example_spaces(&face);
@@ -240,9 +242,8 @@ impl Said<'_> {
         let [width, y, z] = head.size.map(|length| length * face.metres_per_unit * 100.0);
         let (up, height, depth) = if face.up_axis == UpAxis::Y { ("Y", y, z) } else { ("Z", z, y) };
         let unit = self.unit.trim_matches('"');
-        let size = format!(
-            "{unit}, {up} up: the neutral is {width:.0} cm wide, {height:.0} high and {depth:.0} deep"
-        );
+        let size =
+            format!("{unit}, {up} up: the head is {width:.0} cm wide, {height:.0} high and {depth:.0} deep");
         let mut rows = vec![row("unit", size), row("head", head.why.clone()), row("examples", names)];
         for alike in self.spaces.chunk_by(|a, b| a.said == b.said) {
             let ExampleSpace { said, keys, .. } = &alike[0];

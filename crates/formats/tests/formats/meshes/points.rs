@@ -1,6 +1,6 @@
 //! The vertices that glTF splits are found to be one point, on real meshes.
 
-use rhytid_core::Mesh;
+use rhytid_core::{Faces, Mesh};
 use rhytid_formats::mesh::{order, read, read_like};
 use rhytid_geometry::Points;
 use rhytid_test_support::split::{SplitMesh, split_mesh};
@@ -132,6 +132,41 @@ fn real_poses_that_are_exported_flat_fit_a_smooth_neutral() {
         for (x, &v) in found.iter().zip(&seams.of_vertex) {
             let expected = positions[v as usize].map(|x| f64::from(x as f32));
             assert_eq!(*x, expected);
+        }
+    }
+}
+
+#[test]
+fn quads_that_an_exporter_cuts_in_another_way_in_a_pose_are_the_same() {
+    // A strip of three quads, of which the middle one is cut from its second corner in the pose.
+    let mut quads = Mesh::default();
+    for y in [0.0, 1.0] {
+        quads.positions.extend((0..4).map(|x| [f64::from(x), y, 0.0]));
+    }
+    let triangles = |height: f64, cut_from_second: bool| {
+        let mut mesh = Mesh { faces: Faces::default(), ..quads.clone() };
+        mesh.positions.iter_mut().for_each(|x| x[2] = height * x[0]);
+        for x in 0..3 {
+            let [a, b, c, d] = [x, x + 1, x + 5, x + 4];
+            let halves = match x == 1 && cut_from_second {
+                true => [[a, b, d], [b, c, d]],
+                false => [[a, b, c], [a, c, d]],
+            };
+            halves.iter().for_each(|half| mesh.faces.push(half));
+        }
+        mesh
+    };
+    let folder = tempfile::tempdir().unwrap();
+    for [of_neutral, of_pose] in [[false, true], [true, false]] {
+        let [neutral, pose] = [triangles(0.0, of_neutral), triangles(1.0, of_pose)];
+        let flat = |mesh: &Mesh| split_mesh(mesh, |face, _| face).mesh;
+        for neutral in [neutral.clone(), flat(&neutral)] {
+            for pose in [pose.clone(), flat(&pose)] {
+                let path = written(folder.path(), "neutral.glb", &neutral);
+                let found = read_like(&neutral, &path, &written(folder.path(), "pose.glb", &pose)).unwrap();
+                let expected: Vec<[f64; 3]> = neutral.positions.iter().map(|x| [x[0], x[1], x[0]]).collect();
+                assert_eq!(found, expected);
+            }
         }
     }
 }
