@@ -90,10 +90,14 @@ pub(crate) fn mirror_images_within(
     faces: &Faces,
     is_in: &[bool],
 ) -> Option<Vec<Option<u32>>> {
-    if let Ok(images) = mirror_images(rest, faces, VertexId::from_index) {
-        return Some(images.into_iter().map(Some).collect());
-    }
     let kept: Vec<usize> = (0..rest.len()).filter(|&v| is_in[v]).collect();
+    if let Ok(images) = mirror_images(rest, faces, VertexId::from_index) {
+        // Two heads beside one another are mirror images too.
+        let within = kept.iter().filter(|v| is_in[images[**v] as usize]).count();
+        if within as f64 >= ENOUGH * kept.len() as f64 {
+            return Some(images.into_iter().map(Some).collect());
+        }
+    }
     let places: Vec<[f64; 3]> = kept.iter().map(|&v| rest[v]).collect();
     let radii = reach(rest, faces);
     let found = by_place(&places, &kept.iter().map(|&v| radii[v]).collect::<Vec<_>>());
