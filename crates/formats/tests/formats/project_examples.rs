@@ -89,7 +89,10 @@ fn named(name: &str, at: [f64; 3]) -> (String, [f64; 3]) {
 fn shapes_of_one_file_are_examples() {
     let folder = Folder::new(&[("head.usda", usd("", 1.0))]);
     let smile = named("smile", [1.0, 1.0, 1.0]);
-    assert_eq!(folder.examples("[[example]]\nmesh = 'head.usda'\nshape = 'smile'\n"), [smile.clone()]);
+    assert_eq!(
+        folder.examples("[[example]]\nmesh = 'head.usda'\nshape = 'smile'\n"),
+        std::slice::from_ref(&smile)
+    );
     assert_eq!(
         folder.examples("[[example]]\nname = 'half'\nmesh = 'head.usda'\nshape = 'smile'\nweight = 0.5\n"),
         [named("half", [1.0, 1.0, 0.5])]

@@ -6,7 +6,7 @@ use super::values::Values;
 use crate::shapes::Shape;
 use glam::{DMat4, DVec3};
 use rhytid_core::{Faces, Result};
-use rhytid_usd::layer::{Attribute, Prim, Property, Value};
+use rhytid_usd::layer::{Attribute, Property, Value};
 use rhytid_usd::read::{attribute, field};
 use std::collections::HashMap;
 
@@ -50,13 +50,14 @@ pub(super) fn read(
     let Some(indices) = values.indices(prim, path, "faceVertexIndices")? else {
         return Err(wrong(values, "has no faceVertexIndices, expected a mesh with faces; export it again"));
     };
-    if let Some(Value::Token(scheme)) = values.get(prim, "subdivisionScheme")?.filter(|_| has_scheme(prim)) {
-        if scheme != "none" {
-            log::warn!(
-                "{}: {path} is the cage of a subdivision surface ({scheme}); its points are read as they are",
-                values.name
-            );
-        }
+    // The schema's fallback says nothing about a scan, so a scheme counts only if the file has it.
+    if let Some(Value::Token(scheme)) = values.get(prim, "subdivisionScheme")?
+        && scheme != "none"
+    {
+        log::warn!(
+            "{}: {path} is the cage of a subdivision surface ({scheme}); its points are read as they are",
+            values.name
+        );
     }
     let all = counts.iter().map(|n| u64::from(*n)).sum::<u64>();
     if all != indices.len() as u64 {
@@ -122,11 +123,6 @@ pub(super) fn read(
         );
     }
     Ok(read)
-}
-
-/// Whether the mesh itself says how it is subdivided. The schema's fallback says nothing about a scan.
-fn has_scheme(prim: &Prim) -> bool {
-    attribute(prim, "subdivisionScheme").is_some()
 }
 
 /// From the points' space to the layer's. A skinned mesh is read as it was bound: its skeleton places it.

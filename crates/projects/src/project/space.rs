@@ -1,5 +1,5 @@
 //! The space of the neutral, and the way of an example's coordinates into it.
-use super::sections::{ExampleSection, MeshSection};
+use super::sections::{ExampleSection, MeshSection, Units};
 use rhytid_core::{Error, InputErrorKind, Result, UpAxis};
 use rhytid_geometry::Axes;
 use rhytid_meshes::Space;
@@ -20,7 +20,7 @@ impl NeutralSpace {
     /// # Errors
     /// [`Error::Input`] if neither says the unit.
     pub(super) fn new(section: &MeshSection, stated: Space, project: &Path) -> Result<Self> {
-        let said = section.units.map(|units| units.metres_per_unit());
+        let said = section.units.map(Units::metres_per_unit);
         let metres_per_unit = said.or(stated.metres_per_unit).ok_or_else(|| {
             Error::input(format!(
                 "{}: [mesh] lacks the key units, and {} does not state its unit; add units = \"m\", \"cm\", \"mm\" or \
