@@ -166,7 +166,7 @@ class Scene:
         names = (mesh.extras or {}).get("targetNames") if isinstance(mesh.extras, dict) else None
         whole.shapes = whole.shapes or {}
         for number, target in enumerate(targets):
-            name = names[number] if names and number < len(names) else f"shape{number + 1}"
+            name = names[number] if names and number < len(names) else f"shape {number + 1}"
             by = np.zeros((len(matrices), 3)) if target is None else moved(matrices, self.accessor(target), 0)
             before = whole.shapes.get(name, np.zeros((0, 3)))
             whole.shapes[name] = np.vstack([before, np.zeros((first - len(before), 3)), by])

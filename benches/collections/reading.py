@@ -96,4 +96,4 @@ def size(positions):
 
 
 def near(found, expected, scale):
-    return found.shape == expected.shape and bool((np.abs(found - expected) <= 2e-6 * scale).all())
+    return found.shape == expected.shape and bool((np.abs(found - expected) <= 1e-5 * scale).all())

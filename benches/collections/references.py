@@ -18,19 +18,21 @@ def obj(path):
         raise Refused(reader.Error().strip() or "tinyobjloader does not say why")
     attributes, counts, indices = reader.GetAttrib(), [], []
     for shape in reader.GetShapes():
-        counts.append(np.array(shape.mesh.numpy_num_face_vertices(), int))
-        indices.append(np.array(shape.mesh.numpy_indices(), int).reshape(-1, 3))
+        # Its functions for NumPy repeat the first index, so these are its lists.
+        counts.append(np.array(shape.mesh.num_face_vertices, int))
+        corners = [(i.vertex_index, i.texcoord_index) for i in shape.mesh.indices]
+        indices.append(np.array(corners, int).reshape(-1, 2))
     if not counts or not sum(map(len, counts)):
         raise Refused("no faces")
-    # The vertex, the normal and the texture coordinate of each corner.
+    # The vertex and the texture coordinate of each corner.
     indices = np.concatenate(indices)
     positions = np.array(attributes.vertices, float).reshape(-1, 3)
     coordinates = np.array(attributes.texcoords, float).reshape(-1, 2)
     coordinates = np.vstack([coordinates, np.full(2, np.nan)])
     if indices[:, 0].max() >= len(positions) or indices[:, 0].min() < 0:
         raise Refused("an index past the last vertex")
-    past = (indices[:, 2] < 0) | (indices[:, 2] >= len(coordinates) - 1)
-    uvs = coordinates[np.where(past, -1, indices[:, 2])]
+    past = (indices[:, 1] < 0) | (indices[:, 1] >= len(coordinates) - 1)
+    uvs = coordinates[np.where(past, -1, indices[:, 1])]
     return Reading(positions, np.concatenate(counts), indices[:, 0], uvs)
 
 
