@@ -43,8 +43,13 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
                     "{name}: is glTF 1.0, expected glTF 2.0; convert it, for example with gltf-pipeline"
                 ));
             }
+            ::gltf::Error::Deserialize(error) if error.is_eof() => {
+                return Error::cut_short(format!(
+                    "{name}: its JSON ends too early: {error}; the file is cut short: copy or export it again"
+                ));
+            }
             ::gltf::Error::Deserialize(error) => {
-                format!("{name}: its JSON is not that of a glTF file: {error}; the file may be cut short")
+                format!("{name}: its JSON is not that of a glTF 2.0 file: {error}; export the mesh again")
             }
             error => format!("{name}: is not a valid glTF file: {error}; export the mesh again"),
         })
@@ -55,20 +60,25 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     Ok((root, buffers))
 }
 
-/// Whether the file says that it is of the first version of the format, whose JSON has another layout.
+/// Whether the file is of the first version of the format. It may say so. Else its meshes have names, not
+/// numbers.
 fn is_version_1(bytes: &[u8]) -> bool {
     #[derive(serde::Deserialize)]
     struct Document {
-        asset: Asset,
+        asset: Option<Asset>,
+        meshes: Option<::gltf::json::Value>,
     }
     #[derive(serde::Deserialize)]
     struct Asset {
-        version: String,
+        version: Option<String>,
     }
-    match bytes.strip_prefix(b"glTF") {
-        Some(rest) => rest.starts_with(&1_u32.to_le_bytes()),
-        None => ::gltf::json::deserialize::from_slice(bytes)
-            .is_ok_and(|document: Document| document.asset.version.starts_with("1.")),
+    if let Some(rest) = bytes.strip_prefix(b"glTF") {
+        return rest.starts_with(&1_u32.to_le_bytes());
+    }
+    let Ok(Document { asset, meshes }) = ::gltf::json::deserialize::from_slice(bytes) else { return false };
+    match asset.and_then(|asset| asset.version) {
+        Some(version) => version.starts_with("1."),
+        None => meshes.is_some_and(|meshes| meshes.is_object()),
     }
 }
 
@@ -97,8 +107,9 @@ fn check_glb_length(bytes: &[u8], name: &str) -> Result<()> {
 fn check_extensions(root: &Root, name: &str) -> Result<()> {
     // These change how a surface looks or how a character behaves, not where its vertices are; quantised
     // positions are read as any others.
-    const HARMLESS: [&str; 9] = [
+    const HARMLESS: [&str; 10] = [
         "KHR_materials_",
+        "KHR_technique",
         "KHR_texture_",
         "KHR_lights_",
         "KHR_animation_",

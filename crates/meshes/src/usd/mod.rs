@@ -1,6 +1,6 @@
 //! Meshes of a USD layer: those of its own prims, each where its transforms place it.
 //!
-//! References, payloads and variants are not followed.
+//! References, payloads, inherited prims and variants are not followed.
 
 mod mesh;
 mod place;
@@ -80,7 +80,8 @@ fn chosen<'a>(
             "all its meshes are invisible, guides or proxies: {}; name one as the prim that is meant",
             list(&meshes)
         ),
-        true => "has no mesh of its own, but refers to other files; put all into one file, as with usdcat --flatten"
+        true => "has no mesh of its own, but refers to other files or prims; flatten it into one file, as with \
+                 usdcat --flatten"
             .to_owned(),
         false => "has no mesh, expected a scan; export the surface as a mesh".to_owned(),
     };
@@ -97,21 +98,23 @@ fn list(meshes: &[&Placed<'_>]) -> String {
     if paths.is_empty() { "none".to_owned() } else { paths.join(", ") }
 }
 
-/// Whether the layer says that more is in other files.
+/// The fields by which a prim or a layer takes in what is elsewhere.
+const REFERRING: [&str; 5] = ["references", "payload", "inherits", "specializes", "subLayers"];
+
+/// Whether the layer says that more is in other files, or elsewhere in this one.
 fn others(layer: &Layer, unread: &[String]) -> bool {
     fn refers(prim: &Prim) -> bool {
-        field(&prim.metadata, "references").is_some() || prim.children.iter().any(refers)
+        REFERRING.iter().any(|name| field(&prim.metadata, name).is_some()) || prim.children.iter().any(refers)
     }
-    unread.iter().any(|what| ["payload", "subLayers"].contains(&what.as_str()))
-        || layer.prims.iter().any(refers)
+    unread.iter().any(|what| REFERRING.contains(&what.as_str())) || layer.prims.iter().any(refers)
 }
 
 /// Says what of the layer is not read.
 fn warn_left_out(layer: &Layer, unread: &[String], name: &str) {
     if others(layer, unread) {
         log::warn!(
-            "{name}: refers to other files, which are not read; if they have meshes too, put all into one file, as \
-             with usdcat --flatten"
+            "{name}: refers to other files or prims, which are not followed; if they have meshes too, flatten all \
+             into one file, as with usdcat --flatten"
         );
     }
     if let Some(what) = unread.iter().find(|what| what.starts_with("the variant set ")) {

@@ -273,10 +273,17 @@ fn errors_name_what_is_wrong() {
         b"ply\nformat ascii 1.0\n",
         "is a PLY file by its first bytes, not glTF; rename it to .ply",
     );
-    bytes_refused(&text.as_bytes()[..200], "is not that of a glTF file: EOF while parsing");
+    bytes_refused(&text.as_bytes()[..200], "its JSON ends too early: EOF while parsing");
     bytes_refused(br#"{"asset": {"version": "1.0"}, "meshes": {"a": {}}}"#, "is glTF 1.0, expected glTF 2.0");
+    // The version may be missing there; meshes then have names.
+    bytes_refused(br#"{"asset": {}, "meshes": {"a": {}}, "scene": "b"}"#, "is glTF 1.0, expected glTF 2.0");
+    bytes_refused(
+        br#"{"asset": {"version": "2.0"}, "meshes": 3}"#,
+        "is not that of a glTF 2.0 file: invalid type: integer `3`, expected a sequence at line 1 column 43; \
+         export the mesh again",
+    );
     bytes_refused(b"glTF\x03\0\0\0\x0c\0\0\0", "is not a valid glTF file: unsupported version");
-    bytes_refused(b"{}", "is not that of a glTF file: missing field `asset`");
+    bytes_refused(b"{}", "is not that of a glTF 2.0 file: missing field `asset`");
     bytes_refused(&glb[..10], "has 10 bytes, expected at least the 12 of a GLB header");
     bytes_refused(
         &glb[..1000],
