@@ -3,7 +3,7 @@
 `cargo xtask collections` runs it. Each file ends as one of these:
 
 - same: as the reference reads it, in the order of vertices, faces and corners;
-- said: other than the reference, and a warning of Rhytid or a reason in `known.py` says so;
+- said: other than the reference, and a warning of Rhytid says so;
 - refused: an error that names the file;
 - silent: other than the reference, and nobody says so. This fails the run, as do panics and long waits.
 
@@ -21,11 +21,10 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+import exports
 import fetch
 import gltf_reading
-import known
 import references
-import usd_files
 from reading import Refused, difference, loose_difference, of_json
 
 SECONDS = 60
@@ -86,9 +85,8 @@ def outcome(reader, path):
         return Outcome(path, "refused" if names_file else "silent", found["refused"], reference)
     if differs is None:
         return Outcome(path, "same", said, reference)
-    why = known.reason(path)
-    if why or said:
-        return Outcome(path, "said", f"{differs}: {why or said}", reference)
+    if said:
+        return Outcome(path, "said", f"{differs}: {said}", reference)
     return Outcome(path, "silent", differs, reference)
 
 
@@ -115,17 +113,8 @@ def collections(folder, blender):
     """The files of each collection by its label."""
     for package in fetch.PACKAGES:
         yield package.label(), fetch.meshes_below(fetch.fetch(package, folder), package.without)
-    exports = folder / "blender"
-    if not exports.is_dir():
-        exports.mkdir()
-        script = Path(__file__).with_name("blender_exports.py")
-        subprocess.run([blender, script, exports], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-    yield "exports of Blender 5.0.1", fetch.meshes_below(exports)
-    made = folder / "usd-core"
-    if not made.is_dir():
-        made.mkdir()
-        usd_files.write(made)
-    yield "files of usd-core 26.11", fetch.meshes_below(made)
+    for label, made in exports.all_exports(folder, blender).items():
+        yield label, fetch.meshes_below(made)
 
 
 def kind(sentence):

@@ -6,6 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 import DracoPy
+import meshoptimizer
 import numpy as np
 import pygltflib
 from reading import Reading, Refused
@@ -77,13 +78,33 @@ class Scene:
 
     def view(self, index, offset, kind, width, count):
         view = self.document.bufferViews[index]
-        if any("meshopt" in name for name in view.extensions or {}):
-            raise Refused("compressed with meshopt")
-        start, row = (view.byteOffset or 0) + offset, kind.itemsize * width
-        stride, data = view.byteStride or row, self.bytes[view.buffer]
+        row = kind.itemsize * width
+        stride, start, data = view.byteStride or row, (view.byteOffset or 0) + offset, self.bytes[view.buffer]
+        for name, compressed in (view.extensions or {}).items():
+            if name.endswith("_meshopt_compression"):
+                start, data = offset, self.unfolded(compressed)
         if count and start + stride * (count - 1) + row > len(data):
             raise Refused("a buffer is cut short")
         return np.ndarray((count, width), kind.newbyteorder("<"), data, start, (stride, kind.itemsize)).copy()
+
+    def unfolded(self, view):
+        """The bytes of a view that meshopt compressed."""
+        start, stride, count = view.get("byteOffset", 0), view["byteStride"], view["count"]
+        data = bytes(self.bytes[view["buffer"]][start : start + view["byteLength"]])
+        if view["mode"] != "ATTRIBUTES":
+            sequence = view["mode"] == "INDICES"
+            decode = meshoptimizer.decode_index_sequence if sequence else meshoptimizer.decode_index_buffer
+            # It makes room for 32 bits, and fills in the indices as wide as they are.
+            return decode(count, stride, data).tobytes()[: count * stride]
+        decoded = meshoptimizer.decode_vertex_buffer(count, stride, data, dtype=np.dtype((np.void, stride)))
+        decoded = np.frombuffer(decoded.tobytes(), np.uint8)
+        filters = {
+            "EXPONENTIAL": meshoptimizer.decode_filter_exp,
+            "OCTAHEDRAL": meshoptimizer.decode_filter_oct,
+            "QUATERNION": meshoptimizer.decode_filter_quat,
+        }
+        unfilter = filters.get(view.get("filter"))
+        return (unfilter(decoded, count, stride) if unfilter else decoded).tobytes()
 
     def read(self):
         parts = []
