@@ -60,7 +60,9 @@ def of_trimesh(folder, exports):
         mesh.export(folder / f"{source.stem}.obj", digits=6)
         mesh.export(folder / f"{source.stem}.ply")
         mesh.export(folder / f"{source.stem}-ascii.ply", encoding="ascii", vertex_normal=True)
-        mesh.export(folder / f"{source.stem}-written.gltf", merge_buffers=True)
+        # The file of numbers beside it always has the same name.
+        (folder / source.stem).mkdir()
+        mesh.export(folder / source.stem / "written.gltf", merge_buffers=True)
 
 
 def once(folder, make, *arguments):

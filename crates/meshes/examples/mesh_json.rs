@@ -51,7 +51,8 @@ fn main() -> std::io::Result<()> {
         };
         line["path"] = path.into();
         line["seconds"] = seconds.into();
-        line["warnings"] = std::mem::take(&mut *WARNINGS.0.lock().unwrap_or_else(|lock| lock.into_inner())).into();
+        line["warnings"] =
+            std::mem::take(&mut *WARNINGS.0.lock().unwrap_or_else(|lock| lock.into_inner())).into();
         writeln!(out, "{line}")?;
         out.flush()?;
     }

@@ -36,7 +36,10 @@ fn spellings_of_old_exporters_are_read() {
     let (found, warnings) = decode_with_warnings(text.as_bytes(), Format::Ply, "face");
     assert_eq!(found, mesh);
     assert_eq!(warnings.len(), 1);
-    assert!(warnings[0].contains("face, line 3: this line") && warnings[0].contains("write \"comment\" before it"));
+    assert!(
+        warnings[0].contains("face, line 3: this line")
+            && warnings[0].contains("write \"comment\" before it")
+    );
     // Behind the first element, such a line may be a damaged property.
     let late = HEADER.replacen("property float y", "propert float y", 1);
     assert!(error(&format!("{late}{BODY}")).contains("face, line 5: found \"propert float y\""));

@@ -152,6 +152,14 @@ def looks(name):
     expect(stage, name, ["/root/face"])
 
 
+def eyes(name):
+    """A mesh and a ball."""
+    stage = stage_of(name)
+    mesh(stage, "/root/face")
+    UsdGeom.Sphere.Define(stage, "/root/eye")
+    expect(stage, name, ["/root/face"])
+
+
 def variants(name):
     """A mesh of its own, and another in the chosen variant."""
     stage = stage_of(name)
@@ -175,5 +183,5 @@ def inherited(name):
 
 
 for extension in ("usda", "usdc"):
-    for make in (placed, hidden, shaped, moving, looks, variants, inherited):
+    for make in (placed, hidden, shaped, moving, looks, eyes, variants, inherited):
         make(f"{make.__name__}.{extension}")
