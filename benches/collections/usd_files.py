@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from pxr import Gf, Sdf, Usd, UsdGeom
+from pxr import Gf, Sdf, Usd, UsdGeom, UsdSkel
 
 ENDINGS = ["usda", "usdc", "usdz"]
 # A house: four corners, a roof, quads and a triangle.
@@ -133,6 +133,53 @@ def ball(stage):
     UsdGeom.Sphere.Define(stage, "/root/ball")
 
 
+def point_instancer(stage):
+    instancer = UsdGeom.PointInstancer.Define(stage, "/root/crowd")
+    house(stage, "/root/crowd/prototype")
+    instancer.CreatePrototypesRel().SetTargets(["/root/crowd/prototype"])
+    instancer.CreateProtoIndicesAttr([0, 0])
+    instancer.CreatePositionsAttr([(5, 0, 0), (9, 0, 0)])
+
+
+def blend_shapes(stage):
+    mesh = house(stage)
+    mesh.AddScaleOp().Set((2, 1, 1))
+    binding = UsdSkel.BindingAPI.Apply(mesh.GetPrim())
+    for name, offsets, points in (("smile", [(0, 0, 1)] * 5, None), ("Blink", [(1, 0, 0), (0, 1, 0)], [4, 2])):
+        shape = UsdSkel.BlendShape.Define(stage, f"/root/house/{name}")
+        shape.CreateOffsetsAttr(offsets)
+        shape.CreateInbetween("half").SetOffsets([(0, 0, 0.2)] * len(offsets))
+        if points:
+            shape.CreatePointIndicesAttr(points)
+    binding.CreateBlendShapesAttr(["smile", "Blink"])
+    binding.CreateBlendShapeTargetsRel().SetTargets(["/root/house/smile", "/root/house/Blink"])
+
+
+def sublayers(stage):
+    house(stage)
+    stage.GetRootLayer().subLayerPaths.append("./plain.usda")
+
+
+def payload(stage):
+    house(stage)
+    stage.DefinePrim("/root/other").GetPayloads().AddPayload("./plain.usda", "/root")
+
+
+def specialised(stage):
+    house(stage, "/root/base/house")
+    stage.DefinePrim("/root/copy").GetSpecializes().AddSpecialize("/root/base")
+
+
+def inherited_beside(stage):
+    house(stage)
+    inherited(stage)
+
+
+def inactive(stage):
+    house(stage)
+    house(stage, "/root/off").GetPrim().SetActive(False)
+
+
 def double_points(stage):
     mesh = house(stage)
     mesh.GetPrim().RemoveProperty("points")
@@ -143,6 +190,7 @@ def double_points(stage):
 FILES = [
     plain, left_handed, holes, operations, half_precision, reset, uv_of_corners, uv_of_vertices, uv_indexed,
     uv_as_floats, uv_in_three, animated, two, variants, instances, inherited, over, ball, double_points,
+    point_instancer, blend_shapes, sublayers, payload, specialised, inherited_beside, inactive,
 ]  # fmt: skip
 
 
