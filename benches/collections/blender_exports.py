@@ -97,7 +97,13 @@ def copies():
     bpy.context.object.modifiers.new("fine", "SUBSURF").levels = 2
 
 
-SCENES = [placed, materials, shapes, armature, loose, copies]
+def empty_scene():
+    """A head, and a second scene without anything."""
+    head()
+    bpy.data.scenes.new("empty")
+
+
+SCENES = [placed, materials, shapes, armature, loose, copies, empty_scene]
 
 OBJ = {
     "plain": {},
@@ -124,6 +130,7 @@ GLTF = {
     "shared": dict(export_format="GLB", export_shared_accessors=True, use_mesh_edges=True, use_mesh_vertices=True),
     "sparse": dict(export_format="GLB", export_try_sparse_sk=True, export_morph_normal=False),
     "instances": dict(export_format="GLB", export_gpu_instances=True),
+    "all-scenes": dict(export_format="GLB", use_active_scene=False),
 }
 USD = {
     "plain.usdc": {},

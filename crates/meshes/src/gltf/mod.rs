@@ -14,11 +14,13 @@ mod textures;
 pub(super) use buffers::{External, read_beside};
 
 use super::shapes::Shapes;
-use ::gltf::Gltf;
-use ::gltf::json::Root;
+use ::gltf::binary::Glb;
+use ::gltf::json::{Root, Value, deserialize};
+use ::gltf::{Document, Gltf};
 use buffers::Buffers;
 use rhytid_core::{Error, Result};
 use rhytid_gltf::meshopt;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// The mesh, with its morph targets if `with_shapes`.
@@ -36,7 +38,8 @@ pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Resu
 
 fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffers)> {
     check_glb_length(bytes, name)?;
-    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| {
+    let parsed = Gltf::from_slice_without_validation(bytes);
+    let Gltf { document, blob } = parsed.or_else(|error| with_empty_scenes(bytes, error)).map_err(|error| {
         Error::malformed(match error {
             _ if is_version_1(bytes) => {
                 return Error::unsupported_format(format!(
@@ -60,13 +63,36 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     Ok((root, buffers))
 }
 
+/// Reads a document again after an error that an empty scene may be the reason of. The standard lets such a scene
+/// have no list of nodes, which the crate demands.
+fn with_empty_scenes(bytes: &[u8], error: ::gltf::Error) -> std::result::Result<Gltf, ::gltf::Error> {
+    if !error.to_string().contains("missing field `nodes`") {
+        return Err(error);
+    }
+    let (text, blob) = match bytes.starts_with(b"glTF") {
+        true => {
+            let glb = Glb::from_slice(bytes)?;
+            (glb.json, glb.bin.map(Cow::into_owned))
+        }
+        false => (Cow::Borrowed(bytes), None),
+    };
+    let mut document: Value = deserialize::from_slice(&text)?;
+    for scene in document.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    let root = deserialize::from_value(document)?;
+    Ok(Gltf { document: Document::from_json_without_validation(root), blob })
+}
+
 /// Whether the file is of the first version of the format. It may say so. Else its meshes have names, not
 /// numbers.
 fn is_version_1(bytes: &[u8]) -> bool {
     #[derive(serde::Deserialize)]
     struct Document {
         asset: Option<Asset>,
-        meshes: Option<::gltf::json::Value>,
+        meshes: Option<Value>,
     }
     #[derive(serde::Deserialize)]
     struct Asset {
@@ -75,7 +101,7 @@ fn is_version_1(bytes: &[u8]) -> bool {
     if let Some(rest) = bytes.strip_prefix(b"glTF") {
         return rest.starts_with(&1_u32.to_le_bytes());
     }
-    let Ok(Document { asset, meshes }) = ::gltf::json::deserialize::from_slice(bytes) else { return false };
+    let Ok(Document { asset, meshes }) = deserialize::from_slice(bytes) else { return false };
     match asset.and_then(|asset| asset.version) {
         Some(version) => version.starts_with("1."),
         None => meshes.is_some_and(|meshes| meshes.is_object()),

@@ -1,4 +1,4 @@
-use super::support::{corner_uvs, decode_with_warnings, message, polygons, refused};
+use super::support::{corner_uvs, decode_with_warnings, glb, message, polygons, refused};
 use base64::Engine;
 use rhytid_core::{Materials, Mesh};
 use rhytid_formats::mesh::{Format, decode, read};
@@ -259,6 +259,23 @@ fn external_buffers_lie_beside_the_file() {
     document["buffers"][0]["uri"] = "https://example.com/face.bin".into();
     std::fs::write(&path, document.to_string()).unwrap();
     assert!(message(read(&path).map(|_| ())).contains("expected a file beside it"));
+}
+
+#[test]
+fn scenes_may_be_empty() {
+    let mut document = square();
+    let mesh = load(&document);
+    document["scenes"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({"name": "no list of nodes, as Blender writes it"}));
+    assert_eq!(load(&document), mesh);
+    // In a GLB, whose second half is the buffer.
+    document["buffers"][0] = json!({"byteLength": data().len()});
+    assert_eq!(decode(&glb(&document, &data()), Format::Gltf, "face").unwrap(), mesh);
+    document["scene"] = 1.into();
+    document["buffers"][0]["uri"] = data_uri(&data()).into();
+    assert!(error(&document).contains("has 0 vertices but no faces"), "{}", error(&document));
 }
 
 #[test]
