@@ -39,7 +39,7 @@ pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Resu
 fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffers)> {
     check_glb_length(bytes, name)?;
     let parsed = Gltf::from_slice_without_validation(bytes);
-    let Gltf { document, blob } = parsed.or_else(|error| with_empty_scenes(bytes, error)).map_err(|error| {
+    let Gltf { document, blob } = parsed.or_else(|error| without_nodes(bytes, error)).map_err(|error| {
         Error::malformed(match error {
             _ if is_version_1(bytes) => {
                 return Error::unsupported_format(format!(
@@ -63,10 +63,10 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     Ok((root, buffers))
 }
 
-/// Reads a document again after an error that an empty scene may be the reason of. The standard lets such a scene
-/// have no list of nodes, which the crate demands.
-fn with_empty_scenes(bytes: &[u8], error: ::gltf::Error) -> std::result::Result<Gltf, ::gltf::Error> {
-    if !error.to_string().contains("missing field `nodes`") {
+/// Reads a document again after an error about missing nodes, which the crate demands and the standard does not:
+/// an empty scene has no list of them, and an animation may move something else (KHR_animation_pointer).
+fn without_nodes(bytes: &[u8], error: ::gltf::Error) -> std::result::Result<Gltf, ::gltf::Error> {
+    if !error.to_string().contains("missing field `node") {
         return Err(error);
     }
     let (text, blob) = match bytes.starts_with(b"glTF") {
@@ -81,6 +81,10 @@ fn with_empty_scenes(bytes: &[u8], error: ::gltf::Error) -> std::result::Result<
         if let Some(scene) = scene.as_object_mut() {
             scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
         }
+    }
+    if let Some(document) = document.as_object_mut() {
+        // No animation is read.
+        document.remove("animations");
     }
     let root = deserialize::from_value(document)?;
     Ok(Gltf { document: Document::from_json_without_validation(root), blob })

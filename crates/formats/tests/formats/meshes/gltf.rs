@@ -262,7 +262,7 @@ fn external_buffers_lie_beside_the_file() {
 }
 
 #[test]
-fn scenes_may_be_empty() {
+fn scenes_and_animations_may_be_without_nodes() {
     let mut document = square();
     let mesh = load(&document);
     document["scenes"]
@@ -273,8 +273,17 @@ fn scenes_may_be_empty() {
     // In a GLB, whose second half is the buffer.
     document["buffers"][0] = json!({"byteLength": data().len()});
     assert_eq!(decode(&glb(&document, &data()), Format::Gltf, "face").unwrap(), mesh);
-    document["scene"] = 1.into();
     document["buffers"][0]["uri"] = data_uri(&data()).into();
+    // An animation may move something else than a node.
+    document["animations"] = json!([{
+        "samplers": [{"input": 0, "output": 0}],
+        "channels": [{
+            "sampler": 0,
+            "target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/materials/0"}}},
+        }],
+    }]);
+    assert_eq!(load(&document), mesh);
+    document["scene"] = 1.into();
     assert!(error(&document).contains("has 0 vertices but no faces"), "{}", error(&document));
 }
 
