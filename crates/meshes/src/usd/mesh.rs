@@ -48,13 +48,13 @@ pub(super) fn read(
     let Some(indices) = values.indices(prim, path, "faceVertexIndices")? else {
         return Err(wrong(values, "has no faceVertexIndices, expected a mesh with faces; export it again"));
     };
-    if let Some(Value::Token(scheme)) = values.get(prim, "subdivisionScheme")?.filter(|_| has_scheme(prim)) {
-        if scheme != "none" {
-            log::warn!(
-                "{}: {path} is the cage of a subdivision surface ({scheme}); its points are read as they are",
-                values.name
-            );
-        }
+    if let Some(Value::Token(scheme)) = values.get(prim, "subdivisionScheme")?.filter(|_| has_scheme(prim))
+        && scheme != "none"
+    {
+        log::warn!(
+            "{}: {path} is the cage of a subdivision surface ({scheme}); its points are read as they are",
+            values.name
+        );
     }
     let all = counts.iter().map(|n| u64::from(*n)).sum::<u64>();
     if all != indices.len() as u64 {

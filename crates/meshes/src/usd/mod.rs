@@ -78,7 +78,7 @@ fn chosen<'a>(
     if !shown.is_empty() {
         return Ok(shown);
     }
-    let shapes = other_shapes(&tree);
+    let shapes = other_shapes(tree);
     let cure = match others(layer, unread) {
         _ if !meshes.is_empty() => format!(
             "all its meshes are invisible, guides or proxies: {}; name one as the prim that is meant",
