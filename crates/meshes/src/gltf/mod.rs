@@ -100,14 +100,15 @@ fn is_version_1(bytes: &[u8]) -> bool {
     }
     #[derive(serde::Deserialize)]
     struct Asset {
-        version: Option<String>,
+        version: Option<Value>,
     }
     if let Some(rest) = bytes.strip_prefix(b"glTF") {
         return rest.starts_with(&1_u32.to_le_bytes());
     }
     let Ok(Document { asset, meshes }) = deserialize::from_slice(bytes) else { return false };
     match asset.and_then(|asset| asset.version) {
-        Some(version) => version.starts_with("1."),
+        // Early files have a number there.
+        Some(version) => version.to_string().trim_matches('"').starts_with('1'),
         None => meshes.is_some_and(|meshes| meshes.is_object()),
     }
 }

@@ -302,6 +302,7 @@ fn errors_name_what_is_wrong() {
     );
     bytes_refused(&text.as_bytes()[..200], "its JSON ends too early: EOF while parsing");
     bytes_refused(br#"{"asset": {"version": "1.0"}, "meshes": {"a": {}}}"#, "is glTF 1.0, expected glTF 2.0");
+    bytes_refused(br#"{"asset": {"version": 1}, "meshes": {"a": {}}}"#, "is glTF 1.0, expected glTF 2.0");
     // The version may be missing there; meshes then have names.
     bytes_refused(br#"{"asset": {}, "meshes": {"a": {}}, "scene": "b"}"#, "is glTF 1.0, expected glTF 2.0");
     bytes_refused(
