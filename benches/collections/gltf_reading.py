@@ -146,7 +146,10 @@ class Scene:
 
     def arrays(self, primitive):
         """The vertices, indices and joints of a primitive, unfolded from Draco where it has them."""
-        attributes, draco = as_dict(primitive.attributes), (primitive.extensions or {}).get("KHR_draco_mesh_compression")
+        attributes, draco = (
+            as_dict(primitive.attributes),
+            (primitive.extensions or {}).get("KHR_draco_mesh_compression"),
+        )
         if not draco:
             if attributes.get("POSITION") is None:
                 raise Refused("no POSITION")
@@ -173,7 +176,9 @@ class Scene:
         skin, inverse = self.document.skins[node.skin], None
         if skin.inverseBindMatrices is not None:
             inverse = self.accessor(skin.inverseBindMatrices).reshape(-1, 4, 4).transpose(0, 2, 1)
-        joints = [self.worlds[joint] @ (np.eye(4) if inverse is None else inverse[j]) for j, joint in enumerate(skin.joints)]
+        joints = [
+            self.worlds[joint] @ (np.eye(4) if inverse is None else inverse[j]) for j, joint in enumerate(skin.joints)
+        ]
         blended, total = np.zeros((len(arrays.positions), 4, 4)), 0
         if not arrays.sets:
             raise Refused("a skin without joints")
@@ -262,7 +267,9 @@ def moved(matrices, points, w):
 
 def triangles(mode, indices):
     if mode == STRIP:
-        found = [[i, j, k] if n % 2 == 0 else [i, k, j] for n, (i, j, k) in enumerate(zip(indices, indices[1:], indices[2:]))]
+        found = [
+            [i, j, k] if n % 2 == 0 else [i, k, j] for n, (i, j, k) in enumerate(zip(indices, indices[1:], indices[2:]))
+        ]
         found = [t for t in found if len(set(t)) == 3]
     elif mode == FAN:
         found = [[indices[0], j, k] for j, k in zip(indices[1:], indices[2:])]

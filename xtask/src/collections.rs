@@ -1,5 +1,5 @@
-//! `cargo xtask collections`: public collections of meshes, read by Rhytid and by other programs. It is never a
-//! test.
+//! `cargo xtask collections`: public collections of meshes, read by Rhytid and by other programs. It is never
+//! a test.
 use crate::python;
 use crate::run::{Result, cargo, command, root, run};
 use std::path::PathBuf;

@@ -63,8 +63,8 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     Ok((root, buffers))
 }
 
-/// Reads a document again after an error about missing nodes, which the crate demands and the standard does not:
-/// an empty scene has no list of them, and an animation may move something else (KHR_animation_pointer).
+/// Reads a document again after an error about missing nodes, which the crate demands and the standard does
+/// not: an empty scene has no list of them, and an animation may move something else (KHR_animation_pointer).
 fn without_nodes(bytes: &[u8], error: ::gltf::Error) -> std::result::Result<Gltf, ::gltf::Error> {
     if !error.to_string().contains("missing field `node") {
         return Err(error);
