@@ -5,9 +5,8 @@
 //! ```
 //!
 //! `cargo xtask collections` compares these lines with what other programs read. A mesh has `positions`,
-//! `counts` and `corners` of its faces, `uvs` of its corners (or null), and `shapes` with their displacements.
-//! A file that is refused has `refused`, and one that lets the reader panic has `panicked`. `warnings` are those
-//! of the file.
+//! `counts` and `corners` of its faces, `uvs` of its corners (or null), and `shapes`. A file that is refused
+//! has `refused`, and one that lets the reader panic has `panicked`. `warnings` are those of the file.
 
 use log::{LevelFilter, Log, Metadata, Record};
 use rhytid_core::Mesh;

@@ -160,8 +160,8 @@ impl Statements {
         }
     }
 
-    /// Whether a line is a comment of which an old exporter left out the keyword. Where no element is known yet,
-    /// no line with another keyword changes how numbers are read.
+    /// Whether a line is a comment of which an old exporter left out the keyword. Where no element is known
+    /// yet, no line with another keyword changes how numbers are read.
     fn is_remark(&self, words: &[&str]) -> bool {
         let known = ["format", "element", "property", "comment", "obj_info"];
         self.elements.is_empty() && words.first().is_some_and(|word| !known.contains(word))
