@@ -1,10 +1,12 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench | heads`
+//! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench | heads |
+//! collections`
 #![forbid(unsafe_code)]
 
 mod bench;
 mod check;
+mod collections;
 mod debian;
 mod deny;
 mod fuzz;
@@ -64,6 +66,8 @@ enum Chore {
     Bench(bench::Bench),
     /// Measure how far rigs are from the truth, on heads of different makers.
     Heads(heads::Heads),
+    /// Read public collections of meshes with Rhytid and with other programs, and table the differences.
+    Collections(collections::Collections),
 }
 
 fn main() -> ExitCode {
@@ -79,6 +83,7 @@ fn main() -> ExitCode {
         Chore::Fuzz { seconds, hours } => fuzz::fuzz(seconds, hours),
         Chore::Bench(options) => bench::bench(&options),
         Chore::Heads(options) => heads::heads(&options),
+        Chore::Collections(options) => collections::collections(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -26,6 +26,24 @@ const PEERS: Environment = Environment {
     modules: "numba, scipy.sparse, sksparse.cholmod",
 };
 
+const COLLECTIONS: Environment = Environment {
+    folder: "venv-collections",
+    requirements: "requirements-collections.txt",
+    modules: "trimesh, pygltflib, DracoPy, meshoptimizer, plyfile, tinyobjloader, pxr.Usd",
+};
+
+/// Makes the environment of the programs that meshes are compared with if it is missing. Returns its Python.
+pub(crate) fn collections() -> Result<PathBuf> {
+    COLLECTIONS.make()?;
+    Ok(COLLECTIONS.python())
+}
+
+/// Makes the environment that has Blender if it is missing. Returns its Python.
+pub(crate) fn blender() -> Result<PathBuf> {
+    ENVIRONMENTS[2].make()?;
+    Ok(ENVIRONMENTS[2].python())
+}
+
 /// Makes the environment of the bench's peers if it is missing. Returns its Python.
 pub(crate) fn peers() -> Result<PathBuf> {
     PEERS.make()?;

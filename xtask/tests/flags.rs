@@ -4,9 +4,10 @@
 use std::path::{Path, PathBuf};
 
 /// Flags that belong to other programs, and these programs.
-const OTHERS: [(&str, &str); 2] = [
+const OTHERS: [(&str, &str); 3] = [
     ("--features", "cargo's: a backend that was not built in takes another build"),
     ("--check", "`cargo xtask kernels --check`, which tells contributors how a table is checked"),
+    ("--flatten", "usdcat's: what a USD file refers to is put into one file"),
 ];
 
 fn root() -> PathBuf {

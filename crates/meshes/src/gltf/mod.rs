@@ -14,11 +14,13 @@ mod textures;
 pub(super) use buffers::{External, read_beside};
 
 use super::shapes::Shapes;
-use ::gltf::Gltf;
-use ::gltf::json::Root;
+use ::gltf::binary::Glb;
+use ::gltf::json::{Root, Value, deserialize};
+use ::gltf::{Document, Gltf};
 use buffers::Buffers;
 use rhytid_core::{Error, Result};
 use rhytid_gltf::meshopt;
+use std::borrow::Cow;
 use std::sync::Arc;
 
 /// The mesh, with its morph targets if `with_shapes`.
@@ -36,15 +38,21 @@ pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Resu
 
 fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffers)> {
     check_glb_length(bytes, name)?;
-    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(|error| {
+    let parsed = Gltf::from_slice_without_validation(bytes);
+    let Gltf { document, blob } = parsed.or_else(|error| without_nodes(bytes, error)).map_err(|error| {
         Error::malformed(match error {
             _ if is_version_1(bytes) => {
                 return Error::unsupported_format(format!(
                     "{name}: is glTF 1.0, expected glTF 2.0; convert it, for example with gltf-pipeline"
                 ));
             }
+            ::gltf::Error::Deserialize(error) if error.is_eof() => {
+                return Error::cut_short(format!(
+                    "{name}: its JSON ends too early: {error}; the file is cut short: copy or export it again"
+                ));
+            }
             ::gltf::Error::Deserialize(error) => {
-                format!("{name}: its JSON is not that of a glTF file: {error}; the file may be cut short")
+                format!("{name}: its JSON is not that of a glTF 2.0 file: {error}; export the mesh again")
             }
             error => format!("{name}: is not a valid glTF file: {error}; export the mesh again"),
         })
@@ -55,20 +63,53 @@ fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffe
     Ok((root, buffers))
 }
 
-/// Whether the file says that it is of the first version of the format, whose JSON has another layout.
+/// Reads a document again after an error about missing nodes, which the crate demands and the standard does
+/// not: an empty scene has no list of them, and an animation may move something else (KHR_animation_pointer).
+fn without_nodes(bytes: &[u8], error: ::gltf::Error) -> std::result::Result<Gltf, ::gltf::Error> {
+    if !error.to_string().contains("missing field `node") {
+        return Err(error);
+    }
+    let (text, blob) = match bytes.starts_with(b"glTF") {
+        true => {
+            let glb = Glb::from_slice(bytes)?;
+            (glb.json, glb.bin.map(Cow::into_owned))
+        }
+        false => (Cow::Borrowed(bytes), None),
+    };
+    let mut document: Value = deserialize::from_slice(&text)?;
+    for scene in document.get_mut("scenes").and_then(Value::as_array_mut).into_iter().flatten() {
+        if let Some(scene) = scene.as_object_mut() {
+            scene.entry("nodes").or_insert_with(|| Value::Array(Vec::new()));
+        }
+    }
+    if let Some(document) = document.as_object_mut() {
+        // No animation is read.
+        document.remove("animations");
+    }
+    let root = deserialize::from_value(document)?;
+    Ok(Gltf { document: Document::from_json_without_validation(root), blob })
+}
+
+/// Whether the file is of the first version of the format. It may say so. Else its meshes have names, not
+/// numbers.
 fn is_version_1(bytes: &[u8]) -> bool {
     #[derive(serde::Deserialize)]
     struct Document {
-        asset: Asset,
+        asset: Option<Asset>,
+        meshes: Option<Value>,
     }
     #[derive(serde::Deserialize)]
     struct Asset {
-        version: String,
+        version: Option<Value>,
     }
-    match bytes.strip_prefix(b"glTF") {
-        Some(rest) => rest.starts_with(&1_u32.to_le_bytes()),
-        None => ::gltf::json::deserialize::from_slice(bytes)
-            .is_ok_and(|document: Document| document.asset.version.starts_with("1.")),
+    if let Some(rest) = bytes.strip_prefix(b"glTF") {
+        return rest.starts_with(&1_u32.to_le_bytes());
+    }
+    let Ok(Document { asset, meshes }) = deserialize::from_slice(bytes) else { return false };
+    match asset.and_then(|asset| asset.version) {
+        // Early files have a number there.
+        Some(version) => version.to_string().trim_matches('"').starts_with('1'),
+        None => meshes.is_some_and(|meshes| meshes.is_object()),
     }
 }
 
@@ -97,8 +138,9 @@ fn check_glb_length(bytes: &[u8], name: &str) -> Result<()> {
 fn check_extensions(root: &Root, name: &str) -> Result<()> {
     // These change how a surface looks or how a character behaves, not where its vertices are; quantised
     // positions are read as any others.
-    const HARMLESS: [&str; 9] = [
+    const HARMLESS: [&str; 10] = [
         "KHR_materials_",
+        "KHR_technique",
         "KHR_texture_",
         "KHR_lights_",
         "KHR_animation_",

@@ -82,11 +82,13 @@ impl Header {
         let mut statements = Statements::default();
         let (mut bytes, mut lines) = (0, 0);
         let mut ends_with_return = false;
+        let mut remark = None;
         loop {
             let rest = file.get(bytes..).unwrap_or_default();
             let end = rest.iter().position(|b| matches!(b, b'\n' | b'\r'));
             let line = rest[..end.unwrap_or(rest.len())].trim_ascii();
-            if lines == 0 && line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line) != b"ply" {
+            let is_magic = |line: &[u8]| line.eq_ignore_ascii_case(b"ply");
+            if lines == 0 && !is_magic(line.strip_prefix(b"\xef\xbb\xbf").unwrap_or(line)) {
                 return Err(Error::unsupported_format(format!(
                     "{name}: does not begin with a line \"ply\", so it is not a PLY file; check its extension"
                 )));
@@ -111,12 +113,19 @@ impl Header {
             match words.as_slice() {
                 _ if lines == 1 => {}
                 ["end_header"] => break,
+                words if statements.is_remark(words) => remark = remark.or(Some(lines)),
                 words => statements.add(words).map_err(|expected| {
                     let line = String::from_utf8_lossy(&line[..line.len().min(60)]).into_owned();
                     Error::malformed(format!("{name}, line {lines}: found {line:?}, {expected}"))
                         .of_kind(InputErrorKind::Malformed { line: Some(lines) })
                 })?,
             }
+        }
+        if let Some(line) = remark {
+            log::warn!(
+                "{name}, line {line}: this line of the header says nothing that PLY knows, so it was taken for a \
+                 comment; if it is one, write \"comment\" before it"
+            );
         }
         let Statements { encoding: Some(encoding), elements } = statements else {
             return Err(Error::malformed(format!(
@@ -149,6 +158,13 @@ impl Statements {
             ["property", types @ .., name] => self.add_property(types, name),
             _ => Err("expected a PLY header line; the file may be damaged"),
         }
+    }
+
+    /// Whether a line is a comment of which an old exporter left out the keyword. Where no element is known
+    /// yet, no line with another keyword changes how numbers are read.
+    fn is_remark(&self, words: &[&str]) -> bool {
+        let known = ["format", "element", "property", "comment", "obj_info"];
+        self.elements.is_empty() && words.first().is_some_and(|word| !known.contains(word))
     }
 
     fn add_format(&mut self, kind: &str) -> Stated {

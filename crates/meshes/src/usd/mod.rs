@@ -1,6 +1,6 @@
 //! Meshes of a USD layer: those of its own prims, each where its transforms place it.
 //!
-//! References, payloads and variants are not followed.
+//! References, payloads, inherited prims and variants are not followed.
 
 mod mesh;
 mod place;
@@ -40,6 +40,9 @@ pub(super) fn read(bytes: Vec<u8>, name: &str, selection: &Selection) -> Result<
         )));
     }
     warn_left_out(&layer, &unread, name);
+    if selection.prim.is_none() {
+        warn_other_shapes(&other_shapes(&tree), name);
+    }
     Ok(joined.finish(space(&layer), name))
 }
 
@@ -75,16 +78,58 @@ fn chosen<'a>(
     if !shown.is_empty() {
         return Ok(shown);
     }
+    let shapes = other_shapes(tree);
     let cure = match others(layer, unread) {
         _ if !meshes.is_empty() => format!(
             "all its meshes are invisible, guides or proxies: {}; name one as the prim that is meant",
             list(&meshes)
         ),
-        true => "has no mesh of its own, but refers to other files; put all into one file, as with usdcat --flatten"
-            .to_owned(),
+        true => {
+            "has no mesh of its own, but refers to other files or prims; flatten it into one file, as with \
+                 usdcat --flatten"
+                .to_owned()
+        }
+        false if !shapes.is_empty() => {
+            format!("has no mesh, but shapes of other kinds: {}; convert them to meshes", kinds(&shapes))
+        }
         false => "has no mesh, expected a scan; export the surface as a mesh".to_owned(),
     };
     Err(Error::empty(format!("{name}: {cure}")))
+}
+
+/// What shows a surface, or copies of one, without being a mesh.
+const OTHER_SHAPES: [&str; 9] =
+    ["Sphere", "Cube", "Cylinder", "Cone", "Capsule", "Plane", "NurbsPatch", "TetMesh", "PointInstancer"];
+
+/// The prims that show a surface and are no meshes.
+fn other_shapes<'a>(tree: &'a Tree<'a>) -> Vec<&'a Placed<'a>> {
+    let is_other = |placed: &&Placed<'_>| {
+        placed.inherited.is_shown && OTHER_SHAPES.contains(&placed.prim.type_name.as_str())
+    };
+    tree.prims.iter().filter(is_other).collect()
+}
+
+/// Says that surfaces are left out that are no meshes.
+fn warn_other_shapes(shapes: &[&Placed<'_>], name: &str) {
+    if !shapes.is_empty() {
+        log::warn!(
+            "{name}: shapes that are no meshes are left out: {}; convert them to meshes if they are a part of the \
+             face",
+            kinds(shapes)
+        );
+    }
+}
+
+/// Paths and types for a message.
+fn kinds(shapes: &[&Placed<'_>]) -> String {
+    const SHOWN: usize = 4;
+    let named =
+        shapes.iter().take(SHOWN).map(|placed| format!("{} ({})", placed.path, placed.prim.type_name));
+    let mut named: Vec<String> = named.collect();
+    if shapes.len() > SHOWN {
+        named.push(format!("{} more", shapes.len() - SHOWN));
+    }
+    named.join(", ")
 }
 
 /// Paths for a message.
@@ -97,21 +142,23 @@ fn list(meshes: &[&Placed<'_>]) -> String {
     if paths.is_empty() { "none".to_owned() } else { paths.join(", ") }
 }
 
-/// Whether the layer says that more is in other files.
+/// The fields by which a prim or a layer takes in what is elsewhere.
+const REFERRING: [&str; 5] = ["references", "payload", "inheritPaths", "specializes", "subLayers"];
+
+/// Whether the layer says that more is in other files, or elsewhere in this one.
 fn others(layer: &Layer, unread: &[String]) -> bool {
     fn refers(prim: &Prim) -> bool {
-        field(&prim.metadata, "references").is_some() || prim.children.iter().any(refers)
+        REFERRING.iter().any(|name| field(&prim.metadata, name).is_some()) || prim.children.iter().any(refers)
     }
-    unread.iter().any(|what| ["payload", "subLayers"].contains(&what.as_str()))
-        || layer.prims.iter().any(refers)
+    unread.iter().any(|what| REFERRING.contains(&what.as_str())) || layer.prims.iter().any(refers)
 }
 
 /// Says what of the layer is not read.
 fn warn_left_out(layer: &Layer, unread: &[String], name: &str) {
     if others(layer, unread) {
         log::warn!(
-            "{name}: refers to other files, which are not read; if they have meshes too, put all into one file, as \
-             with usdcat --flatten"
+            "{name}: refers to other files or prims, which are not followed; if they have meshes too, flatten all \
+             into one file, as with usdcat --flatten"
         );
     }
     if let Some(what) = unread.iter().find(|what| what.starts_with("the variant set ")) {

@@ -1,4 +1,4 @@
-use super::support::{corner_uvs, decode_with_warnings, message, polygons, refused};
+use super::support::{corner_uvs, decode_with_warnings, glb, message, polygons, refused};
 use base64::Engine;
 use rhytid_core::{Materials, Mesh};
 use rhytid_formats::mesh::{Format, decode, read};
@@ -185,7 +185,8 @@ fn triangles_that_only_turn_a_strip_are_no_faces() {
 #[test]
 fn quantised_and_sparse_accessors() {
     let mut document = square();
-    document["extensionsRequired"] = json!(["KHR_mesh_quantization", "KHR_materials_unlit"]);
+    document["extensionsRequired"] =
+        json!(["KHR_mesh_quantization", "KHR_materials_unlit", "KHR_technique_webgl"]);
     let mut bytes = data();
     bytes.extend([0_i16, 32_767, -32_768, -32_767, 16_384, 1, 0, 0, 0].iter().flat_map(|x| x.to_le_bytes()));
     bytes.push(1); // the replaced element
@@ -261,6 +262,32 @@ fn external_buffers_lie_beside_the_file() {
 }
 
 #[test]
+fn scenes_and_animations_may_be_without_nodes() {
+    let mut document = square();
+    let mesh = load(&document);
+    document["scenes"]
+        .as_array_mut()
+        .unwrap()
+        .push(json!({"name": "no list of nodes, as Blender writes it"}));
+    assert_eq!(load(&document), mesh);
+    // In a GLB, whose second half is the buffer.
+    document["buffers"][0] = json!({"byteLength": data().len()});
+    assert_eq!(decode(&glb(&document, &data()), Format::Gltf, "face").unwrap(), mesh);
+    document["buffers"][0]["uri"] = data_uri(&data()).into();
+    // An animation may move something else than a node.
+    document["animations"] = json!([{
+        "samplers": [{"input": 0, "output": 0}],
+        "channels": [{
+            "sampler": 0,
+            "target": {"path": "pointer", "extensions": {"KHR_animation_pointer": {"pointer": "/materials/0"}}},
+        }],
+    }]);
+    assert_eq!(load(&document), mesh);
+    document["scene"] = 1.into();
+    assert!(error(&document).contains("has 0 vertices but no faces"), "{}", error(&document));
+}
+
+#[test]
 fn errors_name_what_is_wrong() {
     let text = square().to_string();
     let glb = include_bytes!("data/trimesh.glb");
@@ -273,10 +300,18 @@ fn errors_name_what_is_wrong() {
         b"ply\nformat ascii 1.0\n",
         "is a PLY file by its first bytes, not glTF; rename it to .ply",
     );
-    bytes_refused(&text.as_bytes()[..200], "is not that of a glTF file: EOF while parsing");
+    bytes_refused(&text.as_bytes()[..200], "its JSON ends too early: EOF while parsing");
     bytes_refused(br#"{"asset": {"version": "1.0"}, "meshes": {"a": {}}}"#, "is glTF 1.0, expected glTF 2.0");
+    bytes_refused(br#"{"asset": {"version": 1}, "meshes": {"a": {}}}"#, "is glTF 1.0, expected glTF 2.0");
+    // The version may be missing there; meshes then have names.
+    bytes_refused(br#"{"asset": {}, "meshes": {"a": {}}, "scene": "b"}"#, "is glTF 1.0, expected glTF 2.0");
+    bytes_refused(
+        br#"{"asset": {"version": "2.0"}, "meshes": 3}"#,
+        "is not that of a glTF 2.0 file: invalid type: integer `3`, expected a sequence at line 1 column 41; \
+         export the mesh again",
+    );
     bytes_refused(b"glTF\x03\0\0\0\x0c\0\0\0", "is not a valid glTF file: unsupported version");
-    bytes_refused(b"{}", "is not that of a glTF file: missing field `asset`");
+    bytes_refused(b"{}", "is not that of a glTF 2.0 file: missing field `asset`");
     bytes_refused(&glb[..10], "has 10 bytes, expected at least the 12 of a GLB header");
     bytes_refused(
         &glb[..1000],

@@ -1,6 +1,6 @@
 //! Damaged and hostile files with compressed numbers. (`skins` has files of other programs.)
 
-use super::support::{Document, message};
+use super::support::{Document, glb, message};
 use rhytid_core::Error;
 use rhytid_formats::mesh::{Format, check, decode};
 use serde_json::{Value, json};
@@ -16,20 +16,6 @@ const FILES: [(&str, &[u8]); 4] = [
 fn parts(glb: &[u8]) -> (Value, &[u8]) {
     let json = u32::from_le_bytes(glb[12..16].try_into().unwrap()) as usize;
     (serde_json::from_slice(&glb[20..20 + json]).unwrap(), &glb[28 + json..])
-}
-
-fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
-    let mut text = json.to_string();
-    text.extend(std::iter::repeat_n(' ', text.len().next_multiple_of(4) - text.len()));
-    let mut out = b"glTF\x02\0\0\0".to_vec();
-    out.extend(((28 + text.len() + binary.len()) as u32).to_le_bytes());
-    out.extend((text.len() as u32).to_le_bytes());
-    out.extend(b"JSON");
-    out.extend(text.as_bytes());
-    out.extend((binary.len() as u32).to_le_bytes());
-    out.extend(b"BIN\0");
-    out.extend(binary);
-    out
 }
 
 fn refused(json: &Value, binary: &[u8]) -> String {

@@ -27,6 +27,25 @@ fn reads_ascii() {
 }
 
 #[test]
+fn spellings_of_old_exporters_are_read() {
+    let mesh = read(format!("{HEADER}{BODY}").as_bytes());
+    let upper = HEADER.replacen("ply", "PLY", 1);
+    assert_eq!(read(format!("{upper}{BODY}").as_bytes()), mesh);
+    let remark = HEADER.replacen("1.0\n", "1.0\nCreated by Blender3D 247, source file:\n", 1);
+    let text = format!("{remark}{BODY}");
+    let (found, warnings) = decode_with_warnings(text.as_bytes(), Format::Ply, "face");
+    assert_eq!(found, mesh);
+    assert_eq!(warnings.len(), 1);
+    assert!(
+        warnings[0].contains("face, line 3: this line")
+            && warnings[0].contains("write \"comment\" before it")
+    );
+    // Behind the first element, such a line may be a damaged property.
+    let late = HEADER.replacen("property float y", "propert float y", 1);
+    assert!(error(&format!("{late}{BODY}")).contains("face, line 5: found \"propert float y\""));
+}
+
+#[test]
 fn reads_what_plyfile_wrote() {
     for (name, bytes) in [
         ("ascii", &include_bytes!("data/plyfile-ascii.ply")[..]),

@@ -90,3 +90,18 @@ impl Document {
         json.to_string()
     }
 }
+
+/// A GLB of JSON and a binary part.
+pub(super) fn glb(json: &Value, binary: &[u8]) -> Vec<u8> {
+    let mut text = json.to_string();
+    text.extend(std::iter::repeat_n(' ', text.len().next_multiple_of(4) - text.len()));
+    let mut out = b"glTF\x02\0\0\0".to_vec();
+    out.extend(((28 + text.len() + binary.len()) as u32).to_le_bytes());
+    out.extend((text.len() as u32).to_le_bytes());
+    out.extend(b"JSON");
+    out.extend(text.as_bytes());
+    out.extend((binary.len() as u32).to_le_bytes());
+    out.extend(b"BIN\0");
+    out.extend(binary);
+    out
+}

@@ -107,6 +107,12 @@ fn what_is_not_read_is_said() {
         ("hidden.usda", "invisible, guides or proxies are left out: /a/invisible, /a/proxy"),
         ("shaped.usdc", "shows the shape blink with the weight 0.5; the mesh is read without it"),
         ("looks.usda", "/root/face is the cage of a subdivision surface (catmullClark)"),
+        ("eyes.usda", "shapes that are no meshes are left out: /root/eye (Sphere); convert them"),
+        ("eyes.usdc", "shapes that are no meshes are left out: /root/eye (Sphere); convert them"),
+        ("variants.usda", "the variant set kind is not read"),
+        ("variants.usdc", "the variant set kind is not read"),
+        ("inherited.usda", "refers to other files or prims, which are not followed"),
+        ("inherited.usdc", "refers to other files or prims, which are not followed"),
     ] {
         let lines = said(name);
         assert!(lines.iter().any(|line| line.contains(words)), "{lines:?}");
@@ -126,13 +132,23 @@ fn refused(body: &str) -> String {
 fn a_file_without_a_mesh_of_its_own_is_one_sentence() {
     for (body, words) in [
         ("def Xform \"a\" {}\n", "has no mesh, expected a scan"),
-        ("def \"a\" (references = @head.usd@) {}\n", "has no mesh of its own, but refers to other files"),
+        (
+            "def Sphere \"a\" {}\ndef Cube \"b\" {}\ndef Cube \"c\" { token visibility = \"invisible\" }\n",
+            "has no mesh, but shapes of other kinds: /a (Sphere), /b (Cube); convert them to meshes",
+        ),
+        (
+            "def \"a\" (references = @head.usd@) {}\n",
+            "has no mesh of its own, but refers to other files or prims",
+        ),
         (
             "def \"a\" (payload = @head.usd@) {}\n",
-            "refers to other files; put all into one file, as with usdcat",
+            "refers to other files or prims; flatten it into one file, as with usdcat",
         ),
+        ("class \"c\" {}\ndef \"a\" (inherits = </c>) {}\n", "has no mesh of its own, but refers to other"),
         ("(\nsubLayers = [@head.usd@]\n)\n", "has no mesh of its own"),
         ("def Mesh \"a\" {}\n", "the prim /a has no points"),
+        // USD's library takes a path to a file in quotes, too.
+        ("def Mesh \"a\" { asset image = \"\" ( doc = \"\"\"none\"\"\" ) }\n", "the prim /a has no points"),
         (
             "def Mesh \"a\" { point3f[] points = [(0,0,0)] int[] faceVertexCounts = [3] int[] faceVertexIndices = [0,0] }\n",
             "/a has 2 corners, expected the 3 of its faces",

@@ -152,6 +152,36 @@ def looks(name):
     expect(stage, name, ["/root/face"])
 
 
+def eyes(name):
+    """A mesh and a ball."""
+    stage = stage_of(name)
+    mesh(stage, "/root/face")
+    UsdGeom.Sphere.Define(stage, "/root/eye")
+    expect(stage, name, ["/root/face"])
+
+
+def variants(name):
+    """A mesh of its own, and another in the chosen variant."""
+    stage = stage_of(name)
+    mesh(stage, "/root/face")
+    kinds = stage.GetPrimAtPath("/root").GetVariantSets().AddVariantSet("kind")
+    kinds.AddVariant("old")
+    kinds.SetVariantSelection("old")
+    with kinds.GetVariantEditContext():
+        mesh(stage, "/root/wrinkles")
+    expect(stage, name, ["/root/face"])
+
+
+def inherited(name):
+    """A mesh of its own, and another that is inherited."""
+    stage = stage_of(name)
+    mesh(stage, "/root/face")
+    stage.CreateClassPrim("/shared")
+    mesh(stage, "/shared/teeth")
+    stage.DefinePrim("/root/copy").GetInherits().AddInherit("/shared")
+    expect(stage, name, ["/root/face"])
+
+
 for extension in ("usda", "usdc"):
-    for make in (placed, hidden, shaped, moving, looks):
+    for make in (placed, hidden, shaped, moving, looks, eyes, variants, inherited):
         make(f"{make.__name__}.{extension}")

@@ -141,6 +141,12 @@ impl Builder<'_> {
                 },
                 ("typeName", kind::TOKEN) => prim.type_name = self.reader.owned_token(rep.inlined())?,
                 ("primChildren", _) => children = self.names(rep)?,
+                ("variantSetChildren", _) => {
+                    for name in self.names(rep)? {
+                        let name = self.reader.owned_token(name)?;
+                        self.unread.push(format!("the variant set {name}"));
+                    }
+                }
                 ("properties", _) => {
                     for name in self.names(rep)? {
                         let spec = self.take(spec.path, name, true)?;

@@ -237,8 +237,11 @@ impl Lexer {
         Ok(())
     }
 
-    /// A path to a file, between one or three `@`.
+    /// A path to a file, between one or three `@`. USD's library also takes one in quotes.
     pub(super) fn asset(&mut self) -> Result<String> {
+        if self.next()? == Next::Quoted {
+            return self.quoted();
+        }
         if self.next()? != Next::Asset {
             return Err(self.expected("a path to a file between “@”"));
         }

@@ -116,6 +116,10 @@ impl Parser {
                 }
                 (_, "payload" | "inherits" | "specializes") => {
                     values::references(&mut self.lexer)?;
+                    // As the format's library calls it in all other files.
+                    if name == "inherits" {
+                        name = "inheritPaths".to_owned();
+                    }
                     None
                 }
                 (_, "apiSchemas") => Some(Value::PrependedTokens(values::tokens(&mut self.lexer)?)),
