@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use std::io::{BufRead, Write};
 use std::panic::catch_unwind;
 use std::path::Path;
-use std::sync::Mutex;
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
 /// Keeps the warnings until they are printed.
@@ -29,7 +29,7 @@ impl Log for Warnings {
     }
 
     fn log(&self, record: &Record<'_>) {
-        self.0.lock().unwrap_or_else(|lock| lock.into_inner()).push(record.args().to_string());
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).push(record.args().to_string());
     }
 
     fn flush(&self) {}
@@ -52,7 +52,7 @@ fn main() -> std::io::Result<()> {
         line["path"] = path.into();
         line["seconds"] = seconds.into();
         line["warnings"] =
-            std::mem::take(&mut *WARNINGS.0.lock().unwrap_or_else(|lock| lock.into_inner())).into();
+            std::mem::take(&mut *WARNINGS.0.lock().unwrap_or_else(PoisonError::into_inner)).into();
         writeln!(out, "{line}")?;
         out.flush()?;
     }
