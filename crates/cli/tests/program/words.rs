@@ -145,7 +145,7 @@ fn info_knows_every_table_and_report() {
     std::fs::write(at("anna.toml"), "rate = 120\n[map]\nchin = \"M1\"\n").unwrap();
     std::fs::remove_file(at("plan/plan.html")).unwrap();
     for (file, expected) in [
-        ("shapes.usd", "blend shapes of “demo”"),
+        ("shapes.usd", "mesh with shapes, “shapes”"),
         ("devices.json", "report, devices"),
         ("findings.json", "report, findings of the doctor"),
         ("info.json", "report, description of a file"),

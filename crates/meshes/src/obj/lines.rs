@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 /// The statements of a file. A line ends with LF, CR LF or CR.
 pub(in super::super) fn statements(bytes: &[u8]) -> Lines<'_> {
-    Lines { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), next_number: 1 }
+    let is_ended = matches!(bytes.last(), Some(b'\n' | b'\r'));
+    Lines { rest: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), next_number: 1, is_ended }
 }
 
 /// A statement of the file.
@@ -14,11 +15,15 @@ pub(in super::super) struct Statement<'a> {
     pub line: usize,
     /// Lines that a backslash joined to the first.
     pub joined: Vec<&'a [u8]>,
+    /// Whether the file ends without a line end behind it.
+    pub is_cut: bool,
 }
 
 pub(in super::super) struct Lines<'a> {
     rest: &'a [u8],
     next_number: usize,
+    /// Whether there is a line end at the end of the file.
+    is_ended: bool,
 }
 
 impl<'a> Iterator for Lines<'a> {
@@ -39,7 +44,8 @@ impl<'a> Iterator for Lines<'a> {
             joined.push(next);
             last = next;
         }
-        Some(Statement { text, line, joined })
+        let is_cut = self.rest.is_empty() && !self.is_ended;
+        Some(Statement { text, line, joined, is_cut })
     }
 }
 

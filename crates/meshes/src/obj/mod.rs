@@ -63,6 +63,7 @@ pub(super) fn decode(bytes: &[u8], name: &str) -> Result<Mesh> {
     let mut reader = Reader { name, ..Reader::default() };
     for statement in statements(bytes) {
         reader.line = statement.line;
+        reader.is_cut = statement.is_cut;
         reader.joined(&statement);
         reader.statement(&statement.text)?;
     }
@@ -103,6 +104,8 @@ struct Corner {
 struct Reader<'a> {
     name: &'a str,
     line: usize,
+    /// Whether the file ends within the line.
+    is_cut: bool,
     mesh: Mesh,
     uvs: CornerUvs,
     materials: Assigned,
@@ -187,6 +190,12 @@ impl Reader<'_> {
         for token in tokens {
             let corner = self.corner(token)?;
             self.corners.push(corner);
+        }
+        if self.corners.len() < 3 && self.is_cut {
+            return self.fail(format!(
+                "the file ends in a face with {} corners, expected at least 3; it is cut short, export or copy it again",
+                self.corners.len()
+            ));
         }
         if self.corners.len() < 3 {
             self.notes.short_faces.add(self.line, || shown(text.trim_ascii()));

@@ -256,3 +256,17 @@ fn errors_name_line_value_and_expectation() {
         assert!(message.contains(expected), "{text:?} gave {message:?}");
     }
 }
+
+#[test]
+fn a_file_that_ends_within_a_face_is_cut_short() {
+    let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nf 1 2";
+    let said = refused(text.as_bytes(), Format::Obj);
+    assert!(
+        said.contains("line 5: the file ends in a face with 2 corners") && said.contains("cut short"),
+        "{said}"
+    );
+    // The same face before a line end is one of two corners, which is left out.
+    let (mesh, warnings) = decode_with_warnings(format!("{text}\n").as_bytes(), Format::Obj, "face");
+    assert_eq!(polygons(&mesh), [[0, 1, 2]]);
+    assert!(warnings.iter().any(|line| line.contains("1 faces have fewer than 3 corners")), "{warnings:?}");
+}
