@@ -35,7 +35,7 @@ pub use like::{Order, like, order, read_like};
 pub use normal_map::{Integrated, NormalMap, NormalMapConvention};
 pub use numbers::{Numbers, decode_numbers, read_numbers, write_numbers};
 pub use read::{Format, Selection, decode, read, read_file};
-pub use shape_groups::{ShapeGroup, likeness, shape_groups};
+pub use shape_groups::{ALIKE, ShapeGroup, likeness, shape_groups};
 pub use shapes::{MeshPart, Shape, Shapes, Space, has_shapes, read_shapes};
 pub use textures::read_textures;
 pub use weights::read_weights;

@@ -16,6 +16,9 @@ pub struct ShapeGroup {
 const SIDES: [[&str; 2]; 5] =
     [["Left", "Right"], ["left", "right"], ["LEFT", "RIGHT"], ["L", "R"], ["l", "r"]];
 
+/// Two shapes that are more [alike](likeness) than this teach a solve nothing apart.
+pub const ALIKE: f64 = 0.98;
+
 /// Shapes of two sides whose displacements are more opposite than this cancel out, as jawLeft and jawRight.
 const OPPOSITE: f64 = -0.2;
 

@@ -2,12 +2,9 @@
 
 use super::shape::{Shape, list, row};
 use rhytid::core::human;
-use rhytid::formats::mesh::{self, Shapes, shape_groups};
+use rhytid::formats::mesh::{self, ALIKE, Shapes, shape_groups};
 use serde::Serialize;
 use std::path::Path;
-
-/// Shapes that are more alike than this are named in the text.
-const ALIKE: f64 = 0.98;
 
 #[derive(Serialize)]
 pub(super) struct ShapesInfo {

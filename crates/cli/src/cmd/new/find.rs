@@ -3,7 +3,7 @@
 use crate::args;
 use rhytid::core::Mesh;
 use rhytid::core::text::quoted;
-use rhytid::formats::mesh::{self, Selection, Shape, ShapeGroup, Shapes};
+use rhytid::formats::mesh::{self, ALIKE, Selection, Shape, ShapeGroup, Shapes};
 use rhytid::formats::project::{ExampleSection, fits};
 use rhytid::formats::{FileKind, animation};
 use rhytid::{Error, Result};
@@ -14,9 +14,6 @@ use std::path::{Path, PathBuf};
 /// Names of folders beside the neutral in which expressions are searched. The neutral's own folder comes
 /// last.
 const FOLDERS: [&str; 6] = ["poses", "examples", "expressions", "scans", "shapes", "blendshapes"];
-
-/// Two shapes that are more alike than this teach the solve nothing apart.
-const ALIKE: f64 = 0.98;
 
 /// What was found.
 pub(super) struct Found {
@@ -113,12 +110,12 @@ impl Found {
             }
         }
         let read = mesh::read_file(file, &Selection::default(), mesh::has_shapes(file))?;
-        let same = mesh::like(read.neutral, neutral, &args.neutral, file)?;
+        let order = mesh::order(&read.neutral, neutral, &args.neutral, file)?;
         if !read.shapes.is_empty() {
             self.add_shapes(file, &read.shapes, &args.shapes);
             return Ok(());
         }
-        if same.positions == neutral.positions {
+        if order.of_neutral(read.neutral.positions, &neutral.positions) == neutral.positions {
             return Err(Error::input("is the neutral itself"));
         }
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
