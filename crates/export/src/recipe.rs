@@ -29,6 +29,9 @@ pub struct Recipe {
     /// The frames per second of the export; `None` for the take's own, which files state as 0.
     #[serde(with = "rate")]
     pub fps: Option<f64>,
+    /// The time code of the take's first frame; `None` for the take's place in its session.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_frame: Option<u64>,
     /// What was done where a marker was missing: [`Missing::Error`] or [`Missing::Hold`].
     pub missing: Missing,
     /// Whether detail fades where the take's confidence is below 1, and where the rig's confidence says that
@@ -76,6 +79,7 @@ impl Default for Recipe {
             first_frame: 0,
             end_frame: 0,
             fps: None,
+            start_frame: None,
             missing: Missing::Error,
             fade_detail: false,
             head: HeadMotion::Keep,
@@ -515,6 +519,7 @@ mod tests {
             first_frame: 7,
             end_frame: 5_000_000_000,
             fps: Some(30.0 / 1.001),
+            start_frame: Some(1001),
             missing: Missing::Hold,
             fade_detail: true,
             head: HeadMotion::Drop,

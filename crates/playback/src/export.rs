@@ -46,14 +46,14 @@ impl SceneParts {
     }
 
     pub(crate) fn scene<'a>(&'a self, rig: &'a Rig, performance: &'a Performance) -> Scene<'a> {
-        let Performance { selection, recipe, .. } = performance;
+        let Performance { selection, recipe, first_time_code, .. } = performance;
         Scene {
             rest_normals: self.rest_normals.as_deref(),
             channels: &self.channels,
             head: selection.head().filter(|_| recipe.head == HeadMotion::Keep),
             frames: selection.inner.len(),
             rate: selection.rate,
-            first_time_code: selection.first as f64,
+            first_time_code: *first_time_code as f64,
             ..Scene::new(rig, &self.corners, &self.stated)
         }
     }

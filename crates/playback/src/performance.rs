@@ -17,6 +17,8 @@ pub struct Performance {
     pub take: EditedTake,
     /// The frames that are played.
     pub selection: Selection,
+    /// The time code of the first frame that is played.
+    pub first_time_code: usize,
     layers: Option<Layers>,
 }
 
@@ -48,7 +50,10 @@ impl Performance {
         let range = FrameRange { start: index(recipe.first_frame), end: index(recipe.end_frame) };
         let range = range.within(take.frames())?;
         let selection = Selection::new(take.clone(), range, recipe.fps, recipe.has(ChannelKind::Velocities))?;
-        Ok(Self { rig, recipe, take, selection, layers })
+        let start = recipe.start_frame.unwrap_or_else(|| place_in_session(&take.take, selection.rate));
+        let first_time_code = usize::try_from(start).unwrap_or(usize::MAX).saturating_add(selection.first);
+        warn_of_late_frames(first_time_code.saturating_add(selection.inner.len()));
+        Ok(Self { rig, recipe, take, selection, first_time_code, layers })
     }
 
     /// Checks that the rig can do what the recipe says. Call it before a take is recorded, which would be
@@ -80,5 +85,48 @@ impl Performance {
             Some(layers) => playback.with_layers(layers, &self.take, progress),
             None => Ok(playback),
         }
+    }
+}
+
+/// The number of the take's first frame in its session, whose frame 0 is at time 0. It is 0 if the take's clock
+/// is no session's: if it begins before 0, or more than a day after.
+fn place_in_session(take: &Take, rate: f64) -> u64 {
+    const DAY: f64 = 86_400.0;
+    match take.times.first() {
+        Some(&start) if (0.0..=DAY).contains(&start) => (start * rate).round() as u64,
+        _ => 0,
+    }
+}
+
+/// Blender's timeline has no frame behind this one.
+const LAST_FRAME_OF_BLENDER: usize = 1_048_574;
+
+/// Warns if the last of the time codes is one that programs cannot show.
+fn warn_of_late_frames(last: usize) {
+    if last > LAST_FRAME_OF_BLENDER {
+        log::warn!(
+            "the time codes go up to {last}, because the take keeps its place in the session; Blender's timeline \
+             ends at {LAST_FRAME_OF_BLENDER}; give a start frame, such as 1001"
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_take_keeps_its_place_in_the_session_if_its_clock_is_a_sessions() {
+        let at =
+            |start: f64, rate: f64| place_in_session(&Take { times: vec![start], ..Take::default() }, rate);
+        assert_eq!(at(0.0, 120.0), 0);
+        assert_eq!(at(499.0 / 120.0, 120.0), 499);
+        // 01:00:00:10 at 24 frames a second, by hand: 3600 · 24 + 10.
+        assert_eq!(at(3600.0 + 10.0 / 24.0, 24.0), 86_410);
+        assert_eq!(at(-2.0, 24.0), 0);
+        // Seconds since 1970 are no place in a session.
+        assert_eq!(at(1.7e9, 24.0), 0);
+        assert_eq!(at(f64::NAN, 24.0), 0);
+        assert_eq!(place_in_session(&Take::default(), 24.0), 0);
     }
 }

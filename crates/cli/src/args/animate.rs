@@ -38,6 +38,13 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "N", value_parser = parse_rate, help_heading = OUTPUT)]
     pub fps: Option<f64>,
 
+    /// The time code of the take's first frame [default: its place in the session].
+    ///
+    /// The place comes from the time code or the first frame that a capture file states. It is 0 for a file
+    /// that states none.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1_000_000_000), help_heading = OUTPUT)]
+    pub start_frame: Option<u64>,
+
     /// What becomes of the head's motion.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep, help_heading = OUTPUT)]
     pub head: HeadChoice,

@@ -201,9 +201,9 @@ fn make(args: &args::Animate, prepared: Prepared, take: Take, ui: &Ui) -> Result
         masks.iter_mut().try_for_each(|masks| masks.frame(frame))
     })?;
     if let Some((path, curves)) = curves {
-        curves.write(path, selection.first, selection.rate)?;
+        curves.write(path, performance.first_time_code, selection.rate)?;
     }
-    let masks = masks.map(|masks| masks.finish(selection)).transpose()?;
+    let masks = masks.map(|masks| masks.finish(&performance)).transpose()?;
     if !ui.is_quiet() {
         masks.iter().for_each(|words| ui.line(words));
         let of_frame =
@@ -270,6 +270,7 @@ fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Resu
         rig: rig_file::hash(&args.rig)?,
         stage: args.fine_detail.stage.into(),
         fps: args.fps,
+        start_frame: args.start_frame,
         missing: args.reading.missing.into(),
         fade_detail: args.fine_detail.fade,
         head: args.head.into(),

@@ -165,6 +165,7 @@ fn animate(
         frames: args::FramesChoice::Range(range),
         fine_detail: args::FineDetail::default(),
         fps: None,
+        start_frame: None,
         edit: None,
         head: HeadChoice::Keep,
         channels: args::Channels::default(),

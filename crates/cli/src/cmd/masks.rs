@@ -5,7 +5,7 @@ use crate::output::{FRAME, numbered};
 use crate::progress::Ui;
 use rhytid::evaluate::WrinkleMasks;
 use rhytid::formats::export::{Frame, Recipe};
-use rhytid::playback::{Performance, Playback, Selection, channels_of};
+use rhytid::playback::{Performance, Playback, channels_of};
 use rhytid::{Error, Result, Rig};
 use std::path::{Path, PathBuf};
 
@@ -88,7 +88,7 @@ impl Masks {
         });
         let wrinkles: Vec<Vec<f32>> = wrinkles.collect();
         let masks = WrinkleMasks::new(rig, channels, &wrinkles, size as usize)?;
-        Ok(Some(Self { masks, to, next: performance.selection.first }))
+        Ok(Some(Self { masks, to, next: performance.first_time_code }))
     }
 
     /// Adds a frame, and writes its picture if each frame has one.
@@ -108,9 +108,9 @@ impl Masks {
     ///
     /// # Errors
     /// As [`WrinkleMasks::write_masks`] and [`WrinkleMasks::write_curves`].
-    pub(super) fn finish(self, selection: &Selection) -> Result<String> {
+    pub(super) fn finish(self, performance: &Performance) -> Result<String> {
         let curves = curves(&self.to);
-        self.masks.write_curves(&curves, selection.first, selection.rate)?;
+        self.masks.write_curves(&curves, performance.first_time_code, performance.selection.rate)?;
         let pictures = self.masks.files(&self.to);
         let names: Vec<String> = pictures.iter().map(|file| file.display().to_string()).collect();
         let each = if is_sequence(&self.to) { " for each frame" } else { "" };

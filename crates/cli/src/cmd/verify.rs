@@ -63,7 +63,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     let (rig, selection) = (&performance.rig, &performance.selection);
     for (what, found, expected) in [
         ("frames", summary.frames as f64, selection.inner.len() as f64),
-        ("as the first time code", summary.first_time_code, selection.first as f64),
+        ("as the first time code", summary.first_time_code, performance.first_time_code as f64),
         ("frames per second", summary.rate, selection.rate),
         ("vertices", summary.vertices as f64, rig.vertices() as f64),
     ] {

@@ -120,6 +120,40 @@ fn frames_and_rates() {
     }
 }
 
+/// A take that begins in the middle of a session begins there in the export, too.
+#[test]
+fn a_take_keeps_its_place_in_the_session() {
+    let f = Fixture::new();
+    f.done("solve face.toml -o face.safetensors");
+    let take = f.read_text("take.csv");
+    let mut rows = take.lines();
+    let mut later = rows.next().unwrap().to_owned();
+    for row in rows {
+        let (time, rest) = row.split_once(',').unwrap();
+        later += &format!("\n{},{rest}", 40.0 + time.parse::<f64>().unwrap());
+    }
+    f.write("later.csv", later + "\n");
+    for (options, start, end, last) in [
+        ("", 1200.0, 1219.0, ""),
+        ("--frames 5..8 --fps 60", 2410.0, 2415.0, ""),
+        ("--start-frame 1001", 1001.0, 1020.0, ""),
+        ("--start-frame 1001 --frames 5..8", 1006.0, 1008.0, ""),
+        ("--start-frame 1048570", 1_048_570.0, 1_048_589.0, "1048590"),
+    ] {
+        let out =
+            f.rhytid(&format!("animate face.safetensors later.csv -o out/face.usda {options}")).output();
+        let out = out.unwrap();
+        let said = String::from_utf8(out.stderr).unwrap();
+        assert!(out.status.success(), "{said}");
+        assert_eq!(said.contains("Blender's timeline ends at 1048574"), !last.is_empty(), "{said}");
+        assert!(said.contains(last), "{said}");
+        let usda = f.read_text("out/face.usda");
+        let range = ["startTimeCode", "endTimeCode"].map(|key| usda_number(&usda, key));
+        assert_eq!(range, [start, end], "{options}");
+        f.done("verify out/face.usda --rig face.safetensors --take later.csv");
+    }
+}
+
 /// The points of each frame, from the time samples of a `.usda`.
 fn usda_points(usda: &str) -> Vec<Vec<[f64; 3]>> {
     let samples = usda.split_once("points.timeSamples = {").unwrap().1;
