@@ -88,8 +88,8 @@ impl Performance {
     }
 }
 
-/// The number of the take's first frame in its session, whose frame 0 is at time 0. It is 0 if the take's clock
-/// is no session's: if it begins before 0, or more than a day after.
+/// The number of the take's first frame in its session, whose frame 0 is at time 0. It is 0 if the take's
+/// clock is no session's: if it begins before 0, or more than a day after.
 fn place_in_session(take: &Take, rate: f64) -> u64 {
     const DAY: f64 = 86_400.0;
     match take.times.first() {
