@@ -7,6 +7,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rhytid::Progress;
 use rhytid::core::Warning;
 use rhytid::core::human;
+use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
@@ -29,6 +30,8 @@ pub(crate) struct Ui {
     verbose: bool,
     step: Mutex<Option<Step>>,
     finished: Mutex<Vec<(&'static str, Duration)>>,
+    /// The warnings that were shown. A file that is read twice gives the same warnings again.
+    warnings: Mutex<BTreeSet<String>>,
     /// Whether the user asked to stop.
     stops: AtomicBool,
 }
@@ -55,6 +58,7 @@ impl Ui {
             verbose,
             step: Mutex::default(),
             finished: Mutex::default(),
+            warnings: Mutex::default(),
             stops: AtomicBool::default(),
         }
     }
@@ -69,9 +73,15 @@ impl Ui {
         self.mode == Mode::Silent
     }
 
-    /// Writes one line to stderr, above the bar if there is one. Errors are ignored: they could not be
-    /// reported.
+    /// Writes one line to stderr, above the bar if there is one. A warning that was shown is not shown again.
+    /// Errors are ignored: they could not be reported.
     pub(crate) fn line(&self, text: &str) {
+        if text.starts_with("warning:") {
+            let mut shown = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
+            if !shown.insert(text.to_owned()) {
+                return;
+            }
+        }
         write_above(self.lock().as_ref(), text);
     }
 

@@ -193,3 +193,16 @@ fn info_tells_a_usd_mesh_from_an_animation() {
     let info = json("info square.usda", folder.path());
     assert_eq!((info["kind"].as_str(), info["vertices"].as_u64()), (Some("mesh"), Some(3)));
 }
+
+#[test]
+fn a_warning_about_a_file_that_is_read_again_comes_once() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let neutral = fs::read_to_string(demo().join("neutral.obj")).unwrap();
+    fs::write(folder.join("neutral.obj"), neutral + "f 1 2\n").unwrap();
+    let output = rhytid("new neutral.obj -o face").current_dir(folder).output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success(), "{said}");
+    let warnings: Vec<&str> = said.lines().filter(|line| line.contains("fewer than 3 corners")).collect();
+    assert_eq!(warnings.len(), 1, "{said}");
+}
