@@ -181,8 +181,8 @@ impl Clock {
     /// Even times instead of rounded ones, if they are even but for the rounding.
     fn without_rounding(&self, times: &[f64]) -> Vec<f64> {
         let Some(rate) = self.fitted(times) else { return times.to_vec() };
-        let (start, zero) = (times[0], self.numbers[0]);
-        self.even(zero, start, rate)
+        let even = self.even(self.numbers[0], times[0], rate);
+        increasing(even).unwrap_or_else(|_| times.to_vec())
     }
 
     /// The rate of even times, with as few digits as their rounding allows.
