@@ -57,7 +57,7 @@ pub fn clean(
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     };
     step(0)?;
-    let RawTake { tracks: mut file, metres_per_unit, in_head_space, warnings } = raw;
+    let RawTake { tracks: mut file, metres_per_unit, in_head_space, warnings, .. } = raw;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
     let matched = match_labels(&target.labels, &file.labels, &settings.markers)?;
     if file.frames() == 0 {

@@ -96,7 +96,7 @@ pub use outputs::refuse_inputs;
 pub use pixels::{MOST_PIXELS, check_palette, check_pixels, set_most_pixels};
 pub use progress::{NoProgress, Progress};
 pub use protected::protect_inputs;
-pub use raw_take::RawTake;
+pub use raw_take::{RawTake, Recording, TakeEvent, Timecode};
 pub use remedy::Remedy;
 pub use remedy::Warning;
 pub use rig::Examples;

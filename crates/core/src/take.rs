@@ -32,21 +32,25 @@ impl Take {
     }
 
     /// The take's own rate in frames per second. It comes from the mean of the steps that are no gaps: those
-    /// within a tenth of the median, since files round their times. A rate within 0.04 % of a whole number or
-    /// of a multiple of 1000/1001 is set to that number. The rate is 30 where it cannot be told, as from one
-    /// frame.
+    /// within a half of the median, since files round their times. The rate is a whole number, or a multiple
+    /// of 1000/1001, if the rounding of the times allows that number. The rate is 30 where it cannot be told,
+    /// as from one frame.
     pub fn rate(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
         let median = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
-        steps.retain(|step| (step / median - 1.0).abs() < 0.1);
-        let rate = steps.len() as f64 / steps.iter().sum::<f64>();
+        steps.retain(|step| (step / median - 1.0).abs() < 0.5);
+        let count = steps.len() as f64;
+        let rate = count / steps.iter().sum::<f64>();
         if !(rate.is_finite() && rate > 0.0) {
             return 30.0;
         }
+        // A step is off by the rounding of a time, and so is the sum of all steps.
+        let rounding = steps.iter().map(|step| (step * rate - 1.0).abs()).fold(1e-9, f64::max);
         let whole = rate.round();
         let ntsc = (rate * 1.001).round() * 1000.0 / 1001.0;
-        let near = |candidate: f64| candidate >= 0.9 && (rate / candidate - 1.0).abs() < 4e-4;
+        let most = (rounding / count).min(4e-4);
+        let near = |candidate: f64| candidate >= 0.9 && (rate / candidate - 1.0).abs() <= most;
         [whole, ntsc].into_iter().find(|&candidate| near(candidate)).unwrap_or(rate)
     }
 
@@ -205,6 +209,14 @@ mod tests {
         assert_eq!(take(&rounded(120.0, 1e4)).rate(), 120.0);
         assert_eq!(take(&rounded(30000.0 / 1001.0, 1e6)).rate(), 30.0 * 1000.0 / 1001.0);
         assert!((take(&rounded(12.5, 1e6)).rate() - 12.5).abs() < 1e-9);
+        // Milliseconds leave steps of 8 and 9 to a rate of 120.
+        let milliseconds: Vec<f64> = (0..600).map(|i| (f64::from(i) / 0.12).round() / 1e3).collect();
+        assert_eq!(take(&milliseconds).rate(), 120.0);
+        // Exact times leave no choice.
+        for rate in [119.96, 59.94, 119.88, 29.97] {
+            let exact: Vec<f64> = (0..2400).map(|i| f64::from(i) / rate).collect();
+            assert!((take(&exact).rate() / rate - 1.0).abs() < 1e-12, "{rate}");
+        }
         let mut gap = rounded(30.0, 1e4);
         gap.remove(57);
         assert_eq!(take(&gap).rate(), 30.0);

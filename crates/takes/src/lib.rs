@@ -15,3 +15,4 @@
 pub mod raw_take;
 pub mod tables;
 pub mod take;
+mod text;

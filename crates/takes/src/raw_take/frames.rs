@@ -3,7 +3,7 @@ use super::clock::Clock;
 use super::samples::{Columns, Samples};
 use super::{labels, units};
 use crate::tables::rows::Rows;
-use rhytid_core::{Error, RawTake, Result, Take};
+use rhytid_core::{Error, RawTake, Recording, Result, Take};
 
 /// The statements of a header about all frames.
 #[derive(Default)]
@@ -20,9 +20,8 @@ pub(super) struct Header {
     pub(super) unit: (String, &'static str),
     /// The number of the frame at time 0.
     pub(super) zero: i64,
-    /// Whether a marker at the origin was not seen.
-    pub(super) origin_is_missing: bool,
     pub(super) columns: Columns,
+    pub(super) recording: Recording,
     pub(super) warnings: Vec<String>,
 }
 
@@ -37,17 +36,23 @@ pub(super) fn read(
     header: Header,
     rate: Option<f64>,
 ) -> Result<RawTake> {
-    let Header { labels, mut warnings, columns, .. } = header;
+    let Header { labels, mut warnings, columns, recording, .. } = header;
     let is_whole = matches!(bytes.last(), Some(b'\n' | b'\r'));
     if labels.is_empty() {
         return Err(Error::empty(format!("{name}: has no markers; export the labelled trajectories too")));
     }
     let mut clock = Clock::from_frame(header.zero);
-    let mut samples = Samples::new(columns.clone(), header.origin_is_missing, bytes.len());
+    let mut samples = Samples::new(columns.clone(), bytes.len());
     let (mut frames, mut first_width, mut last_width) = (0, 0, 0);
+    // A row that lacks cells is an error, unless it is the last one of a file that was cut.
+    let mut lacks_cells = None;
     while let Some(row) = &mut rows {
         if samples.is_frame(row) {
             clock.push(row, columns.number, columns.time)?;
+            if let Some(error) = lacks_cells {
+                return Err(error);
+            }
+            lacks_cells = samples.lacks_cells(row);
             samples.push(row)?;
             last_width = row.width();
             first_width = if frames == 0 { last_width } else { first_width };
@@ -56,6 +61,9 @@ pub(super) fn read(
         if !row.advance()? {
             rows = None;
         }
+    }
+    if let Some(error) = lacks_cells.filter(|_| is_whole) {
+        return Err(error);
     }
     let promised = header.frames.unwrap_or(frames);
     if !is_whole && (last_width < first_width || frames < promised) && frames > 0 {
@@ -86,7 +94,7 @@ pub(super) fn read(
     let times = times.map_err(|error| error.in_file(name))?;
     let labels = labels::distinct(labels, &mut warnings);
     let tracks = Take { labels, times, positions: samples.into_positions(), ..Take::default() };
-    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })
+    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, recording, warnings })
 }
 
 /// A cell's text.
@@ -94,9 +102,10 @@ pub(super) fn text(rows: &Rows<'_>, column: usize) -> String {
     labels::text(rows.cell(column))
 }
 
-/// A number in a cell of the header; `None` where there is none.
+/// A number in a cell of the header, with a point or a comma; `None` where there is none.
 pub(super) fn number<T: std::str::FromStr>(rows: &Rows<'_>, column: usize) -> Option<T> {
-    std::str::from_utf8(rows.cell(column)).ok()?.parse().ok()
+    let text = std::str::from_utf8(rows.cell(column)).ok()?;
+    text.parse().or_else(|_| text.replace(',', ".").parse()).ok()
 }
 
 /// The number of cells up to the last one that is not empty.

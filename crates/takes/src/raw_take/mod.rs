@@ -4,13 +4,17 @@ mod c3d;
 mod clock;
 mod frames;
 mod labels;
+mod missing;
 mod motive;
 mod qualisys;
 mod samples;
+mod timecode;
 mod trc;
 mod units;
+mod vicon;
 
 use crate::take::{self, Missing};
+use crate::text::utf_8;
 use rhytid_core::{Error, RawTake, Result, input_file};
 use std::io::Read;
 use std::path::Path;
@@ -22,10 +26,11 @@ enum Kind {
     Trc,
     Motive,
     Qualisys,
+    Vicon,
     TakeCsv,
 }
 
-/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV or the take's own CSV. The first bytes tell the
+/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV, Vicon's CSV or the take's own CSV. The first bytes tell the
 /// format, and otherwise the extension does. `rate`, in frames per second, replaces the rate of the file. (A
 /// take's CSV has times instead of a rate.)
 ///
@@ -47,16 +52,19 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
             "{name}: the given frame rate is {rate}, expected a number from 0.001 to 1000000"
         )));
     }
-    match Kind::detect(bytes, Path::new(name)) {
-        Kind::C3d => c3d::decode(bytes, name, rate),
-        Kind::Trc => trc::decode(bytes, name, rate),
-        Kind::Motive => motive::decode(bytes, name, rate),
-        Kind::Qualisys => qualisys::decode(bytes, name, rate),
+    let mut take = match Kind::detect(bytes, Path::new(name)) {
+        Kind::C3d => c3d::decode(bytes, name, rate)?,
+        Kind::Trc => trc::decode(bytes, name, rate)?,
+        Kind::Motive => motive::decode(bytes, name, rate)?,
+        Kind::Qualisys => qualisys::decode(bytes, name, rate)?,
+        Kind::Vicon => vicon::decode(bytes, name, rate)?,
         Kind::TakeCsv => {
-            let tracks = take::decode(bytes, name, None, Missing::Leave)?;
-            Ok(RawTake { tracks, in_head_space: true, ..RawTake::default() })
+            let tracks = take::decode(&utf_8(bytes), name, None, Missing::Leave)?;
+            return Ok(RawTake { tracks, in_head_space: true, ..RawTake::default() });
         }
-    }
+    };
+    missing::mark(&mut take);
+    Ok(take)
 }
 
 /// Whether a file is the take's own CSV, which [`crate::take`] reads, and not a raw take. Only the first
@@ -75,25 +83,34 @@ pub fn is_take_csv(path: &Path) -> bool {
 
 impl Kind {
     fn detect(start: &[u8], path: &Path) -> Self {
-        let start = start.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(start);
         // The byte before C3D's mark is the block of its parameters, a small number that is no letter.
         if start.len() > 1 && start[0] < b' ' && start[1] == c3d::MARK {
             return Self::C3d;
         }
-        let begins = |words: &str| {
-            let start = start.trim_ascii_start();
-            start.get(..words.len()).is_some_and(|start| start.eq_ignore_ascii_case(words.as_bytes()))
-        };
+        let text = utf_8(start);
+        let text = text.trim_ascii_start();
+        let text = text.strip_prefix(b"\"").unwrap_or(text);
+        let begins =
+            |words: &str| text.get(..words.len()).is_some_and(|s| s.eq_ignore_ascii_case(words.as_bytes()));
         let ending =
             path.extension().and_then(|ending| ending.to_str()).unwrap_or_default().to_ascii_lowercase();
         match ending.as_str() {
-            _ if begins("PathFileType") => Self::Trc,
+            _ if begins("PathFileType") || begins("DataRate") => Self::Trc,
             _ if begins("Format Version") => Self::Motive,
             _ if begins("NO_OF_FRAMES") => Self::Qualisys,
+            _ if vicon::SECTIONS.iter().any(|section| begins(section) && is_line(text, section)) => {
+                Self::Vicon
+            }
             "c3d" => Self::C3d,
             "trc" => Self::Trc,
             "tsv" => Self::Qualisys,
             _ => Self::TakeCsv,
         }
     }
+}
+
+/// Whether the first line of a text is `words` and separators alone.
+fn is_line(text: &[u8], words: &str) -> bool {
+    let line = text[words.len()..].split(|byte| matches!(byte, b'\n' | b'\r')).next().unwrap_or_default();
+    line.iter().all(|byte| b" ,;\t\"".contains(byte))
 }

@@ -4,6 +4,7 @@
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;
+use crate::text::{Table, utf_8};
 use rhytid_core::text::{listed, quoted};
 use rhytid_core::{Error, RawTake, Result};
 use std::collections::HashSet;
@@ -19,7 +20,9 @@ const MOST_LINES: usize = 12;
 /// # Errors
 /// [`Error::Input`].
 pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
-    let mut rows = Rows::without_header(bytes, name, b',');
+    let table = Table::new(utf_8(bytes), "Format Version");
+    let bytes: &[u8] = &table.bytes;
+    let mut rows = Rows::without_header(bytes, name, table.separator);
     let mut header = Header { unit: (String::new(), "Length Units"), ..Header::default() };
     if rows.advance()? {
         read_keys(&rows, &mut header);
@@ -63,6 +66,7 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
         time: axes.iter().position(|cell| cell.to_ascii_lowercase().starts_with("time")),
         markers: found.iter().map(|marker| marker.column).collect(),
         others_follow: true,
+        has_blanks: false,
     };
     header.labels = found.into_iter().map(|marker| marker.label).collect();
     let more = rows.advance()?;
@@ -78,6 +82,9 @@ fn read_keys(rows: &Rows<'_>, header: &mut Header) {
     header.rate = rate("Export Frame Rate").or_else(|| rate("Capture Frame Rate"));
     header.frames = place("Total Exported Frames").and_then(|column| number(rows, column));
     header.unit.0 = place("Length Units").map(|column| text(rows, column)).unwrap_or_default();
+    let started = place("Capture Start Time").map(|column| text(rows, column));
+    header.recording.started = started.filter(|text| !text.is_empty());
+    header.recording.first_frame = place("Capture Start Frame").and_then(|column| number(rows, column));
     let version = place("Format Version").map(|column| text(rows, column)).unwrap_or_default();
     if !version.starts_with("1.2") {
         header.warnings.push(format!(

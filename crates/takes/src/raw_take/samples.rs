@@ -1,7 +1,7 @@
 //! Positions from the rows of a text file.
 use crate::tables::rows::Rows;
 use rhytid_core::text::quoted;
-use rhytid_core::{RawTake, Result};
+use rhytid_core::{Error, RawTake, Result};
 
 /// Which columns of a file make a frame.
 #[derive(Debug, Clone, Default)]
@@ -14,6 +14,8 @@ pub(super) struct Columns {
     pub(super) markers: Vec<usize>,
     /// Whether columns behind the last marker's hold other data and are no mistake.
     pub(super) others_follow: bool,
+    /// Whether blanks lie between the cells. Then no cell can be empty.
+    pub(super) has_blanks: bool,
 }
 
 /// Gathers frames of markers.
@@ -21,8 +23,6 @@ pub(super) struct Samples {
     columns: Columns,
     /// The number of cells of a row that are read.
     end: usize,
-    /// Whether a marker at the origin counts as not seen.
-    origin_is_missing: bool,
     /// The most positions that a file of this size can hold.
     most: usize,
     positions: Vec<[f64; 3]>,
@@ -30,11 +30,11 @@ pub(super) struct Samples {
 
 impl Samples {
     /// For a file of `bytes` bytes.
-    pub(super) fn new(columns: Columns, origin_is_missing: bool, bytes: usize) -> Self {
+    pub(super) fn new(columns: Columns, bytes: usize) -> Self {
         let end = columns.markers.iter().map(|x| x + 3).max().unwrap_or(0);
         // In a whole row, a marker takes at least three bytes: its separators. Rows that are cut off behind
         // their last value have fewer.
-        Self { columns, end, origin_is_missing, most: bytes / 2, positions: Vec::new() }
+        Self { columns, end, most: bytes / 2, positions: Vec::new() }
     }
 
     /// Whether the current row is a frame. A row of empty cells is no frame, unless rows have nothing but
@@ -42,6 +42,19 @@ impl Samples {
     pub(super) fn is_frame(&self, rows: &Rows<'_>) -> bool {
         let whole = self.columns.number.is_none() && self.columns.time.is_none() && rows.width() >= self.end;
         whole || (0..rows.width()).any(|column| !rows.cell(column).is_empty())
+    }
+
+    /// Why the current row lacks cells that cannot be empty; `None` where no cell is missing.
+    pub(super) fn lacks_cells(&self, rows: &Rows<'_>) -> Option<Error> {
+        (self.columns.has_blanks && rows.width() < self.end).then(|| {
+            rows.error(&format!(
+                "the row has {} cells, expected {} for the {} markers; where blanks lie between cells, a marker that \
+                 was not seen cannot be left out; write NaN for it, or put tabs between the cells",
+                rows.width(),
+                self.end,
+                self.columns.markers.len()
+            ))
+        })
     }
 
     /// Adds the current row as a frame. A marker is missing if it has an empty cell, a cell that says that it
@@ -86,7 +99,6 @@ impl Samples {
                     }
                 }
             }
-            let is_missing = is_missing || self.origin_is_missing && position == [0.0; 3];
             self.positions.push(if is_missing { RawTake::MISSING } else { position });
         }
         Ok(())
@@ -103,14 +115,15 @@ impl Samples {
     }
 }
 
-/// A coordinate; NaN for an empty cell and for text that stands for “no number”. `None` for anything else.
+/// A coordinate; NaN for an empty cell, for text that stands for “no number”, and for numbers that no unit
+/// could make a coordinate. `None` for anything else.
 fn number(cell: &[u8]) -> Option<f64> {
     if cell.is_empty() {
         return Some(f64::NAN);
     }
     match std::str::from_utf8(cell).ok()?.parse::<f64>() {
-        Ok(number) if !number.is_finite() => Some(f64::NAN),
-        Ok(number) => (number.abs() <= f64::from(f32::MAX)).then_some(number),
+        Ok(number) if number.abs() <= f64::from(f32::MAX) => Some(number),
+        Ok(_) => Some(f64::NAN),
         // Older Windows libraries print `1.#QNAN` and the like for NaN.
         Err(_) => cell.contains(&b'#').then_some(f64::NAN),
     }

@@ -3,7 +3,7 @@
 use super::shape::{Bounds, list, row};
 use rhytid::Result;
 use rhytid::core::human;
-use rhytid::core::{Mesh, RawTake};
+use rhytid::core::{Mesh, RawTake, TakeEvent};
 use rhytid::formats::raw_take;
 use serde::Serialize;
 use std::path::Path;
@@ -20,12 +20,29 @@ pub(super) struct RawTakeInfo {
     missing: Vec<usize>,
     metres_per_unit: Option<f64>,
     bounds: Option<Bounds>,
+    /// The time code of the first frame, `hh:mm:ss:ff`.
+    timecode: Option<String>,
+    /// Frames of the time code in a second.
+    timecode_rate: Option<f64>,
+    /// When the recording began, in the words of the file.
+    started: Option<String>,
+    /// The number of the first frame in the recording that the take was cut from.
+    first_frame: Option<i64>,
+    events: Vec<EventInfo>,
     warnings: Vec<String>,
+}
+
+/// A named moment.
+#[derive(Serialize)]
+struct EventInfo {
+    name: String,
+    /// Seconds, as the times of the frames count.
+    time: f64,
 }
 
 impl RawTakeInfo {
     pub(super) fn read(path: &Path) -> Result<Self> {
-        let RawTake { tracks, metres_per_unit, warnings, .. } = raw_take::read(path, None)?;
+        let RawTake { tracks, metres_per_unit, recording, warnings, .. } = raw_take::read(path, None)?;
         let mut missing = vec![0; tracks.labels.len()];
         let is_missing = |p: &[f64; 3]| p[0].is_nan();
         for frame in tracks.positions.chunks(missing.len().max(1)) {
@@ -42,6 +59,15 @@ impl RawTakeInfo {
             labels: tracks.labels,
             missing,
             metres_per_unit,
+            timecode: recording.timecode.map(|timecode| timecode.to_string()),
+            timecode_rate: recording.timecode.and_then(|timecode| timecode.rate),
+            started: recording.started,
+            first_frame: recording.first_frame,
+            events: recording
+                .events
+                .into_iter()
+                .map(|TakeEvent { name, time }| EventInfo { name, time })
+                .collect(),
             warnings,
         })
     }
@@ -62,6 +88,18 @@ impl RawTakeInfo {
             row("unit", self.metres_per_unit.map_or_else(|| "not said".to_owned(), human::unit)),
         ];
         rows.extend(self.bounds.as_ref().map(|b| row("bounds", b.text("units of the file"))));
+        rows.extend(self.started.iter().map(|started| row("recorded", started.clone())));
+        rows.extend(self.timecode.iter().map(|timecode| row("time code", timecode.clone())));
+        let first = self.first_frame.filter(|&first| first > 1);
+        rows.extend(first.map(|first| row("first frame", first.to_string())));
+        if !self.events.is_empty() {
+            let events: Vec<String> = self
+                .events
+                .iter()
+                .map(|event| format!("{} at {} s", event.name, human::number(event.time)))
+                .collect();
+            rows.push(row("events", list(&events)));
+        }
         rows.extend(self.warnings.iter().map(|warning| row("note", warning.clone())));
         rows
     }

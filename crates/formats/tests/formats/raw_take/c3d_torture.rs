@@ -190,3 +190,78 @@ fn a_parameter_section_of_more_than_255_blocks() {
     let take = read(&bytes, NAME);
     assert_eq!(take.tracks.labels, ["a0", "a1"]);
 }
+
+#[test]
+fn the_size_of_the_file_decides_where_the_points_begin() {
+    let (written, sound) = sound();
+    let true_block = {
+        let bytes = written.bytes();
+        u16::from_le_bytes([bytes[16], bytes[17]])
+    };
+    let same = |wrong: &C3d, what: &str| {
+        let take = read(&wrong.bytes(), NAME);
+        assert_eq!(
+            format!("{:?}", take.tracks),
+            format!("{:?}", sound.tracks),
+            "{what}: {:?}",
+            take.warnings
+        );
+        take
+    };
+    // The section claims more or fewer blocks than it has.
+    for blocks in [0, 1, 8, 60, 255] {
+        let mut wrong = written.clone();
+        wrong.header.parameter_blocks = Some(blocks);
+        let take = same(&wrong, &format!("{blocks} blocks"));
+        let true_end = u16::from(blocks) + 1 >= true_block;
+        assert_eq!(take.warnings.len(), usize::from(true_end), "{blocks}: {:?}", take.warnings);
+        assert!(!true_end || warns(&take, "the byte at which the points begin"), "{:?}", take.warnings);
+    }
+    // No place is right; header and parameters may agree on a wrong one.
+    for (header, parameter, blocks) in [(20, 30, 9), (20, 20, 9), (20, 20, 1), (2, 2, 200), (1, 60_000, 8)] {
+        let mut wrong = written.clone();
+        wrong.header.data_block = Some(header);
+        wrong.set("POINT", "DATA_START", Value::Words(vec![parameter]));
+        wrong.header.parameter_blocks = Some(blocks);
+        let take = same(&wrong, &format!("{header}, {parameter}, {blocks}"));
+        assert!(warns(&take, "which fits"), "{:?}", take.warnings);
+    }
+    // Blocks behind the last frame move nothing.
+    let trailing = C3d { tail: Some(5 * 512), ..written.clone() };
+    assert_eq!(same(&trailing, "blocks behind").warnings, [""; 0]);
+}
+
+#[test]
+fn points_that_a_model_computed_are_left_out() {
+    let texts = |texts: &[&str]| Value::Texts(texts.iter().map(|&t| t.to_owned()).collect());
+    let mut written = trial(6, 10);
+    written.set("POINT", "LABELS", texts(&["jaw00", "LKneeAngles", "lip", "COM", "Work", "cap"]));
+    let all = read(&written.bytes(), NAME);
+    assert_eq!(all.tracks.labels.len(), 6);
+    written.set("POINT", "ANGLES", texts(&["LKneeAngles", "RKneeAngles"]));
+    written.set("POINT", "MODELED_MARKERS", texts(&["COM"]));
+    written.set("POINT", "TYPE_GROUPS", texts(&["ANGLES", "ANGLE_UNITS", "WORK", "WORK_UNITS"]));
+    written.set("POINT", "WORK", texts(&["Work"]));
+    let take = read(&written.bytes(), NAME);
+    assert_eq!(take.tracks.labels, ["jaw00", "lip", "cap"]);
+    for frame in 0..10 {
+        let [three, six] =
+            [&take.tracks.positions[3 * frame..][..3], &all.tracks.positions[6 * frame..][..6]];
+        assert_eq!(format!("{three:?}"), format!("{:?}", [six[0], six[2], six[5]]), "{frame}");
+    }
+    assert!(warns(&take, "3 of 6 points are computed by a model"), "{:?}", take.warnings);
+    assert!(
+        warns(&take, "1 by POINT:ANGLES, 1 by POINT:MODELED_MARKERS, 1 by POINT:WORK"),
+        "{:?}",
+        take.warnings
+    );
+    // A file of virtual points alone is a take; one of angles alone is none.
+    let labels = ["jaw00", "LKneeAngles", "lip", "COM", "Work", "cap"];
+    written.set("POINT", "MODELED_MARKERS", texts(&labels));
+    written.remove("POINT", "ANGLES");
+    written.remove("POINT", "WORK");
+    assert_eq!(read(&written.bytes(), NAME).tracks.labels, labels);
+    written.remove("POINT", "MODELED_MARKERS");
+    written.set("POINT", "ANGLES", texts(&labels));
+    assert!(refused(&written.bytes(), NAME).contains("its 6 points are computed by a model"));
+}

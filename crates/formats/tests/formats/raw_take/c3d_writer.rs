@@ -8,6 +8,8 @@ pub(super) const PROCESSORS: [(&str, u8); 3] = [("intel", 84), ("dec", 85), ("sg
 pub(super) enum Value {
     Words(Vec<u16>),
     Floats(Vec<f32>),
+    /// A table of two rows, a pair behind the other.
+    FloatPairs(Vec<[f32; 2]>),
     /// Each text is filled up with blanks to the longest.
     Texts(Vec<String>),
 }
@@ -176,6 +178,10 @@ impl C3d {
             Value::Floats(floats) => {
                 out.extend([4, 0]);
                 floats.iter().for_each(|float| self.float(*float, &mut out));
+            }
+            Value::FloatPairs(pairs) => {
+                out.extend([4, 2, 2, pairs.len() as u8]);
+                pairs.as_flattened().iter().for_each(|float| self.float(*float, &mut out));
             }
             Value::Texts(texts) => {
                 let longest = texts.iter().map(String::len).max().unwrap_or(0);

@@ -4,12 +4,16 @@ mod c3d;
 mod c3d_torture;
 mod c3d_writer;
 mod c3dio;
+mod encodings;
 mod ezc3d;
+mod missing;
 mod motive;
 mod qualisys;
+mod recording;
 mod shared;
 mod take_csv;
 mod trc;
+mod vicon;
 
 use rhytid_core::{Error, InputErrorKind, RawTake, Remedy};
 use rhytid_formats::raw_take::decode;

@@ -148,3 +148,64 @@ fn rows_much_shorter_than_the_header_take_no_memory() {
     let text = file("60", "19999\t20000", "mm", &labels, &rows);
     assert!(refused(text.as_bytes(), NAME).contains("far shorter than the header"));
 }
+
+/// A file of 600 frames of one marker: its times and its warnings.
+fn times_of(
+    rate: &str,
+    number: impl Fn(usize) -> usize,
+    time: impl Fn(usize) -> String,
+) -> (Vec<f64>, String) {
+    let rows: String = (0..600).map(|i| format!("{}\t{}\t{i}\t2\t3\n", number(i), time(i))).collect();
+    let take = read(file(rate, "600\t1", "mm", "jaw00", &rows).as_bytes(), NAME);
+    (take.tracks.times.clone(), take.warnings.join("; "))
+}
+
+#[test]
+fn numbers_and_rate_win_over_rounded_times() {
+    let even =
+        |first: usize, rate: f64| -> Vec<f64> { (first..first + 600).map(|i| i as f64 / rate).collect() };
+    let seconds = |i: usize, rate: f64| i as f64 / rate;
+    for (rate, number) in
+        [("120.00", 120.0), ("119.88", 119.88), ("59.94", 59.94), ("119.96", 119.96), ("100", 100.0)]
+    {
+        // Times with six digits, with three, with three and three zeros, and in single precision.
+        let exact = times_of(rate, |i| i + 1, |i| format!("{:.6}", seconds(i, number)));
+        let short = times_of(rate, |i| i + 1, |i| format!("{:.3}", seconds(i, number)));
+        let zeros = times_of(rate, |i| i + 1, |i| format!("{:.3}000", seconds(i, number)));
+        let single = times_of(rate, |i| i + 1, |i| format!("{:.9}", seconds(i, number) as f32));
+        for (found, said) in [exact, short, zeros, single] {
+            assert_eq!((found, said.as_str()), (even(0, number), ""), "{rate}");
+        }
+    }
+    // The first frame is 500 at 500/120 or 499/120 s, or 0 at 0 s.
+    for (first, from) in [(500, 500), (500, 499), (0, 0), (1, 0)] {
+        let (found, said) = times_of("120", |i| first + i, |i| format!("{:.6}", seconds(from + i, 120.0)));
+        assert_eq!((found, said.as_str()), (even(from, 120.0), ""), "{first}, {from}");
+    }
+    // A clock that trembles by a quarter of a frame.
+    let tremble = |i: usize| format!("{:.6}", seconds(i, 120.0) + if i % 3 == 1 { 0.002 } else { 0.0 });
+    assert_eq!(times_of("120", |i| i + 1, tremble), (even(0, 120.0), String::new()));
+}
+
+#[test]
+fn times_that_contradict_the_rate_win() {
+    for (rate, true_rate) in [("120", 100.0), ("120", 119.5), ("60", 59.5), ("30", 120.0)] {
+        let (found, said) = times_of(rate, |i| i + 1, |i| format!("{:.6}", i as f64 / true_rate));
+        let near = found.iter().enumerate().all(|(i, t)| (t - i as f64 / true_rate).abs() < 1e-6);
+        assert!(
+            near && said.contains(&format!("the times are used, which give {true_rate} frames")),
+            "{said}"
+        );
+    }
+    // A step of a second in the middle.
+    let (found, said) = times_of("120", |i| i + 1, |i| format!("{:.6}", i as f64 / 120.0 + (i / 300) as f64));
+    assert_eq!(
+        (found[599], said.contains("as they are; if that is wrong, give the rate")),
+        (5.991667, true),
+        "{said}"
+    );
+    // Milliseconds and no rate: 120, and not the 125 of most steps.
+    let (found, said) = times_of("0", |i| i + 1, |i| format!("{:.3}", i as f64 / 120.0));
+    assert_eq!(found[599], 599.0 / 120.0);
+    assert!(said.contains("which give 120 frames per second"), "{said}");
+}

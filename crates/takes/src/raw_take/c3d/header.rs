@@ -4,8 +4,14 @@ use super::processor::Processor;
 /// The bytes of a block.
 pub(super) const BLOCK: usize = 512;
 
+/// The word before the number of events, if there are events.
+const EVENTS_KEY: u16 = 12345;
+
+/// The room for events.
+const MOST_EVENTS: usize = 18;
+
 /// The content of the header. The parameters state all of it too, and need not agree.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Header {
     pub(super) points: u16,
     /// Analog measurements in a frame, over all channels.
@@ -21,6 +27,8 @@ pub(super) struct Header {
     pub(super) analog_samples: u16,
     /// Frames per second.
     pub(super) rate: f64,
+    /// The labels and seconds of up to 18 events.
+    pub(super) events: Vec<([u8; 4], f64)>,
 }
 
 impl Header {
@@ -41,6 +49,13 @@ impl Header {
             data_block: word(9),
             analog_samples: word(10),
             rate: float(11),
+            events: (0..usize::from(word(151)).min(MOST_EVENTS))
+                .filter(|_| word(150) == EVENTS_KEY)
+                .map(|event| {
+                    let ([a, b], [c, d]) = (bytes(199 + 2 * event), bytes(200 + 2 * event));
+                    ([a, b, c, d], float(153 + 2 * event))
+                })
+                .collect(),
         }
     }
 

@@ -2,6 +2,7 @@
 //!
 //! Header and parameters both state them, and in real files either may be wrong. So each statement is a
 //! claim. The first combination of claims that fits the size of the file is taken.
+use super::Sections;
 use super::header::{BLOCK, Header};
 use super::parameters::Parameters;
 use rhytid_core::{Error, Result};
@@ -111,21 +112,19 @@ impl<T: Copy + PartialEq + fmt::Display> Claims<T> {
 /// The most that a 16-bit word counts. Files with more frames leave nonsense in such words.
 const WORD: u64 = u16::MAX as u64;
 
-/// Finds the layout of a file whose parameter section ends at byte `section_end`; `rate` is its frames
-/// per second, if any is known.
+/// Finds the layout of a file; `rate` is its frames per second, if any is known.
 ///
 /// # Errors
 /// What is wrong, without the file's name.
 pub(super) fn find(
     file: &[u8],
-    header: &Header,
-    parameters: &Parameters<'_>,
-    section_end: usize,
+    sections: &Sections<'_>,
     rate: Option<f64>,
     warnings: &mut Vec<String>,
 ) -> Result<Layout> {
     let bytes = file.len();
-    let starts = starts(bytes, header, parameters, section_end)?;
+    let Sections { header, parameters, .. } = sections;
+    let starts = starts(bytes, sections)?;
     let points = Claims::new([
         (parameters.number("POINT", "USED").and_then(whole), "POINT:USED"),
         (Some(usize::from(header.points)), "the header"),
@@ -145,27 +144,40 @@ pub(super) fn find(
     let claimed_frames = frames(header, parameters);
     let most = claimed_frames.values().max().unwrap_or(0);
 
-    let mut best: Option<(Fit, Layout)> = None;
-    for start in starts.values() {
-        for points in points.values() {
-            for storage in storages.values() {
-                for analog in analogs.values() {
-                    for promised in claimed_frames.values() {
-                        let layout = Layout { start, points, analog, storage, frames: 0, promised };
-                        let fit = layout.fit(bytes);
-                        let outgrown = promised <= WORD && most > WORD && fit != Fit::Exact;
-                        if !outgrown && best.as_ref().is_none_or(|(best, _)| fit < *best) {
-                            best = Some((fit, layout));
-                        }
-                    }
+    let mut shapes = Vec::new();
+    for points in points.values() {
+        for storage in storages.values() {
+            for analog in analogs.values() {
+                for promised in claimed_frames.values() {
+                    shapes.push(Layout { start: 0, points, analog, storage, frames: 0, promised });
                 }
             }
         }
     }
-    let (_, mut layout) = best.ok_or_else(|| {
+    let mut best: Option<(Fit, Layout)> = None;
+    for start in starts.values() {
+        for layout in shapes.iter().map(|shape| Layout { start, ..*shape }) {
+            let fit = layout.fit(bytes);
+            let outgrown = layout.promised <= WORD && most > WORD && fit != Fit::Exact;
+            if !outgrown && best.as_ref().is_none_or(|(best, _)| fit < *best) {
+                best = Some((fit, layout));
+            }
+        }
+    }
+    let (fit, mut layout) = best.ok_or_else(|| {
         Error::malformed("neither the header nor a parameter says how many frames there are")
     })?;
-    starts.settle("the byte at which the points begin", layout.start, warnings);
+    let by_size = if fit == Fit::Exact { None } else { by_size(file, sections, &layout, &shapes) };
+    if let Some(found) = by_size {
+        warnings.push(format!(
+            "no statement of where the points begin fits the size of the file (byte {} by {}); byte {}, which fits, \
+             is used",
+            starts.0[0].0, starts.0[0].1, found.start
+        ));
+        layout = found;
+    } else {
+        starts.settle("the byte at which the points begin", layout.start, warnings);
+    }
     points.settle("the number of points", layout.points, warnings);
     storages.settle("the storage of the coordinates", layout.storage, warnings);
     if analogs.values().next() != Some(layout.analog) {
@@ -210,24 +222,45 @@ pub(super) fn first_frame(header: &Header, parameters: &Parameters<'_>, warnings
     }
 }
 
-/// The bytes at which the points may begin: inside the file, and not before the parameters end.
-fn starts(
-    bytes: usize,
-    header: &Header,
-    parameters: &Parameters<'_>,
-    section_end: usize,
-) -> Result<Claims<usize>> {
+/// The layout that begins where the size of the file says, though no statement does. Between the parameters and
+/// that place, or between the place that `stated` has and that place, there may be nothing but zeros.
+///
+/// So the spare blocks of the parameters are not taken for points if the file was cut, and bytes that follow the
+/// last frame do not move the first one.
+fn by_size(file: &[u8], sections: &Sections<'_>, stated: &Layout, shapes: &[Layout]) -> Option<Layout> {
+    let is_zero = |bytes: &[u8]| bytes.iter().all(|&byte| byte == 0);
+    for shape in shapes {
+        let bytes = usize::try_from(shape.promised).ok()?.checked_mul(shape.frame_bytes())?;
+        let Some(before) = file.len().checked_sub(bytes).filter(|_| bytes > 0) else { continue };
+        let start = before / BLOCK * BLOCK;
+        let free_from = if start > stated.start { stated.start } else { sections.entries_end };
+        let is_free = file.get(free_from..start).is_some_and(is_zero);
+        let begins = file.get(start..).is_some_and(|data| !is_zero(&data[..data.len().min(BLOCK)]));
+        if start != stated.start && is_free && begins {
+            return Some(Layout { start, ..*shape });
+        }
+    }
+    None
+}
+
+/// The bytes at which the points may begin: inside the file, and not before the parameters' last entry ends.
+///
+/// Places before the end that the parameter section claims come last.
+fn starts(bytes: usize, sections: &Sections<'_>) -> Result<Claims<usize>> {
+    let Sections { header, parameters, entries_end, claimed_end: section_end } = sections;
+    let section_end = *section_end;
     let byte = |block: f64| {
         let byte = (block as usize).saturating_sub(1).saturating_mul(BLOCK);
-        (byte >= section_end).then_some(byte)
+        (byte >= *entries_end && byte >= 2 * BLOCK).then_some(byte)
     };
     let mut claims = Claims::new([
         (byte(f64::from(header.data_block)), "the header"),
         (parameters.number("POINT", "DATA_START").and_then(byte), "POINT:DATA_START"),
     ]);
-    if claims.0.is_empty() {
-        claims = Claims::new([(Some(section_end), "the end of the parameters")]);
+    if claims.values().all(|start| start < section_end) {
+        claims.0.insert(0, (section_end, "the end of the parameters"));
     }
+    claims.0.sort_by_key(|(start, _)| *start < section_end);
     let first = claims.values().min().unwrap_or(section_end);
     claims.0.retain(|(start, _)| *start <= bytes);
     if claims.0.is_empty() {

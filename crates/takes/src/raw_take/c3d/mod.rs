@@ -11,9 +11,11 @@
 //! - It says nothing about a file that was cut.
 mod header;
 mod layout;
+mod outputs;
 mod parameters;
 mod points;
 mod processor;
+mod recording;
 
 use super::{clock, labels, units};
 use header::{BLOCK, Header};
@@ -26,7 +28,8 @@ pub(super) const MARK: u8 = 0x50;
 
 /// Reads the points of a file of either storage and from any of the three processors.
 ///
-/// A residual below 0, or coordinates that are not numbers, mean that a point is missing. A residual of 0
+/// A residual below 0, or coordinates that are not numbers, mean that a point is missing. So does a fourth number
+/// that is below 0 as a 16-bit integer, such as 65535.0. A residual of 0
 /// without a camera means that the point was filled. But if no point of the file has a residual or a camera,
 /// the writer knew no residuals, and no point counts as filled.
 ///
@@ -39,13 +42,13 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
 /// As [`decode`]; errors lack the file's name.
 fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
     let mut warnings = Vec::new();
-    let Sections { header, parameters, end } = sections(bytes, &mut warnings)?;
-    let said_rate = said_rate(&header, &parameters);
-    let layout =
-        layout::find(bytes, &header, &parameters, end, said_rate.first().map(|r| r.0), &mut warnings)?;
+    let sections = sections(bytes, &mut warnings)?;
+    let Sections { header, parameters, .. } = &sections;
+    let said_rate = said_rate(header, parameters);
+    let layout = layout::find(bytes, &sections, said_rate.first().map(|r| r.0), &mut warnings)?;
     let rate = match rate {
         Some(rate) => rate,
-        None => settle_rate(&said_rate, &parameters, &mut warnings)?,
+        None => settle_rate(&said_rate, parameters, &mut warnings)?,
     };
     if layout.promised == 0 {
         return Err(Error::empty("has no frames; export the file anew"));
@@ -62,10 +65,17 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
             layout.frames, layout.promised
         ));
     }
-    let first = layout::first_frame(&header, &parameters, &mut warnings);
+    let first = layout::first_frame(header, parameters, &mut warnings);
     let before = f64::from(first.saturating_sub(1));
-    let labels = labels(&parameters, layout.points, &mut warnings);
-    let points = points::read(bytes, &layout, parameters.processor);
+    let names = labels(parameters, layout.points);
+    let is_marker = outputs::markers(parameters, &names, &mut warnings)?;
+    let mut labels = labels::distinct(names, &mut warnings);
+    let mut points = points::read(bytes, &layout, parameters.processor, &mut warnings);
+    if is_marker.contains(&false) {
+        keep_columns(&mut labels, &is_marker);
+        keep_columns(&mut points.positions, &is_marker);
+        points.confidence.as_mut().map(|confidence| keep_columns(confidence, &is_marker));
+    }
     let unit =
         parameters.texts("POINT", "UNITS").and_then(|units| units.first().map(|unit| labels::text(unit)));
     let unit = unit.unwrap_or_default();
@@ -80,15 +90,18 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
         head: None,
         confidence: points.confidence,
     };
-    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })
+    let recording = recording::read(header, parameters, first);
+    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, recording, warnings })
 }
 
 /// The parts of a file before the points.
 struct Sections<'a> {
     header: Header,
     parameters: Parameters<'a>,
-    /// The byte at which the parameters end, by their own report.
-    end: usize,
+    /// The byte at which the last entry of the parameters ends.
+    entries_end: usize,
+    /// The byte at which the parameters end by the number of their blocks.
+    claimed_end: usize,
 }
 
 fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<'a>> {
@@ -126,18 +139,26 @@ fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<
         Processor::Intel
     });
     let header = Header::read(header, processor);
-    let end = start + usize::from(preface[2]).max(1) * BLOCK;
-    if end > bytes.len() {
-        return Err(cut());
-    }
+    let claimed_end = start + usize::from(preface[2]).max(1) * BLOCK;
     // The length of a section of more than 255 blocks cannot be stated. Then the place of the points bounds
     // it.
-    let bound = end.max(usize::from(header.data_block).saturating_sub(1) * BLOCK).min(bytes.len());
-    let parameters = Parameters::read(&bytes[start + 4..bound], processor);
+    let bound = claimed_end.max(usize::from(header.data_block).saturating_sub(1) * BLOCK).min(bytes.len());
+    let mut parameters = Parameters::read(&bytes[start + 4..bound], processor);
+    if parameters.is_damaged && bound < bytes.len() {
+        // Both bounds may be wrong. The entries say themselves where the last one is.
+        let unbounded = Parameters::read(&bytes[start + 4..], processor);
+        if !unbounded.is_damaged {
+            parameters = unbounded;
+        }
+    }
     if parameters.is_damaged {
+        if claimed_end > bytes.len() {
+            return Err(cut());
+        }
         warnings.push("the parameters are damaged; those before the damage are read".into());
     }
-    Ok(Sections { header, parameters, end })
+    let entries_end = start + 4 + if parameters.is_damaged { 0 } else { parameters.end };
+    Ok(Sections { header, parameters, entries_end, claimed_end })
 }
 
 /// The frames per second that the file states, if they make sense, the more trusted first.
@@ -178,7 +199,7 @@ fn settle_rate(
 }
 
 /// The labels of the points: LABELS, and LABELS2, LABELS3 … for those beyond 255.
-fn labels(parameters: &Parameters<'_>, points: usize, warnings: &mut Vec<String>) -> Vec<String> {
+fn labels(parameters: &Parameters<'_>, points: usize) -> Vec<String> {
     let mut labels = Vec::new();
     for part in 1.. {
         let name = if part == 1 { "LABELS".to_owned() } else { format!("LABELS{part}") };
@@ -189,5 +210,11 @@ fn labels(parameters: &Parameters<'_>, points: usize, warnings: &mut Vec<String>
         }
     }
     labels.resize(points, String::new());
-    labels::distinct(labels, warnings)
+    labels
+}
+
+/// Keeps some columns of a table.
+fn keep_columns<T>(cells: &mut Vec<T>, is_kept: &[bool]) {
+    let mut kept = is_kept.iter().copied().cycle();
+    cells.retain(|_| kept.next().unwrap_or(true));
 }

@@ -11,6 +11,8 @@ pub(super) struct Parameters<'a> {
     parameters: Vec<Parameter<'a>>,
     /// Whether the section ends in an entry that reaches beyond it.
     pub(super) is_damaged: bool,
+    /// The byte of the section at which the last entry ends.
+    pub(super) end: usize,
 }
 
 /// An array of numbers or letters.
@@ -33,7 +35,8 @@ enum Kind {
 impl<'a> Parameters<'a> {
     /// Reads the entries of `section`, which begins behind the section's four bytes of preface.
     pub(super) fn read(section: &'a [u8], processor: Processor) -> Self {
-        let mut out = Self { processor, groups: Vec::new(), parameters: Vec::new(), is_damaged: false };
+        let mut out =
+            Self { processor, groups: Vec::new(), parameters: Vec::new(), is_damaged: false, end: 0 };
         let mut at = 0;
         while let Some(&[name_length, group]) = section.get(at..at + 2) {
             // A negative length marks a locked entry, which is for editors.
@@ -51,11 +54,14 @@ impl<'a> Parameters<'a> {
             let next = (offset != 0).then(|| offset_at + usize::from(offset));
             let end = next.unwrap_or(section.len()).min(section.len());
             let Some(body) = section.get(offset_at + 2..end) else { break };
+            let mut used = 0;
             if group < 0 {
                 out.groups.push((group.unsigned_abs(), name));
             } else if let Some(parameter) = Parameter::read(group as u8, name, body) {
+                used = 2 + parameter.dimensions.len() + parameter.data.len();
                 out.parameters.push(parameter);
             }
+            out.end = next.unwrap_or(offset_at + 2 + used);
             match next {
                 Some(next) => at = next,
                 None => return out,

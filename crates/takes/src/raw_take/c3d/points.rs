@@ -13,18 +13,26 @@ pub(super) struct Points {
 /// What a file says of one marker in one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Seen {
+    /// No position.
     Missing,
+    /// A position of which the file says that it was not seen.
+    Unseen([f64; 3]),
     Filled([f64; 3]),
     Measured([f64; 3]),
 }
 
 /// Reads the whole frames of `layout`, which lie within `bytes`.
-pub(super) fn read(bytes: &[u8], layout: &Layout, processor: Processor) -> Points {
+pub(super) fn read(
+    bytes: &[u8],
+    layout: &Layout,
+    processor: Processor,
+    warnings: &mut Vec<String>,
+) -> Points {
     let data = &bytes[layout.start..][..layout.frames * layout.frame_bytes()];
     let frames = data.par_chunks_exact(layout.frame_bytes()).with_min_len(64);
     let points = |frame| points(frame, layout, processor);
     let position = |seen| match seen {
-        Seen::Missing => RawTake::MISSING,
+        Seen::Missing | Seen::Unseen(_) => RawTake::MISSING,
         Seen::Filled(position) | Seen::Measured(position) => position,
     };
     // If no point was measured, the writer knew nothing of residuals and left them at zero.
@@ -32,6 +40,15 @@ pub(super) fn read(bytes: &[u8], layout: &Layout, processor: Processor) -> Point
     let tells = any(|seen| matches!(seen, Seen::Measured(_))) && any(|seen| matches!(seen, Seen::Filled(_)));
     let confidence = |seen| if matches!(seen, Seen::Filled(_)) { RawTake::FILLED } else { 1.0 };
     let samples = layout.frames * layout.points;
+    let is_unseen = |seen: &Seen| matches!(seen, Seen::Unseen(p) if *p != [0.0; 3]);
+    let unseen: usize = frames.clone().map(|frame| points(frame).filter(is_unseen).count()).sum();
+    if unseen == samples {
+        warnings.push(
+            "every point has a residual below 0 and counts as not seen, though there are positions; if they are \
+             right, export the file anew with residuals"
+                .into(),
+        );
+    }
     let mut out =
         Points { positions: vec![RawTake::MISSING; samples], confidence: tells.then(|| vec![1.0; samples]) };
     let rows = out.positions.par_chunks_exact_mut(layout.points).zip(frames.clone());
@@ -73,13 +90,21 @@ fn numbers<const N: usize>(point: &[u8], number: impl Fn([u8; N]) -> f64) -> [f6
 /// writers leave both at zero for a point that was filled.
 fn seen(position: [f64; 3], fourth: f64) -> Seen {
     let is_position = position.iter().all(|x| x.abs() <= f64::from(f32::MAX));
-    if !is_position || fourth < 0.0 {
+    if !is_position {
         Seen::Missing
+    } else if fourth < 0.0 || is_negative_word(fourth) {
+        Seen::Unseen(position)
     } else if fourth == 0.0 {
         Seen::Filled(position)
     } else {
         Seen::Measured(position)
     }
+}
+
+/// Whether a float holds the bits of a 16-bit integer below 0, as some programs write them: 65535.0 for −1.
+fn is_negative_word(fourth: f64) -> bool {
+    const SIGN: u16 = 1 << 15;
+    fourth.fract() == 0.0 && (f64::from(SIGN)..=f64::from(u16::MAX)).contains(&fourth)
 }
 
 #[cfg(test)]
@@ -90,8 +115,13 @@ mod tests {
     fn the_fourth_number_says_whether_a_point_was_seen() {
         let at = [1.0, 2.0, 3.0];
         for (fourth, expected) in [
-            (-1.0, Seen::Missing),
-            (-0.5, Seen::Missing),
+            (-1.0, Seen::Unseen(at)),
+            (-0.5, Seen::Unseen(at)),
+            (65535.0, Seen::Unseen(at)),
+            (f64::from(0x8000), Seen::Unseen(at)),
+            (f64::from(0x7FFF), Seen::Measured(at)),
+            (40000.5, Seen::Measured(at)),
+            (70000.0, Seen::Measured(at)),
             (0.0, Seen::Filled(at)),
             (f64::from(0x0300), Seen::Measured(at)),
             (f64::from(0x0005), Seen::Measured(at)),
