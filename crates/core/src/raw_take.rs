@@ -51,6 +51,24 @@ pub struct Timecode {
     pub drop_frame: bool,
 }
 
+impl Timecode {
+    /// Seconds from the time code 00:00:00:00 on. They are frames of the time code by its rate, or by
+    /// `take_rate`, in frames per second, where the time code has none.
+    pub fn seconds(&self, take_rate: f64) -> f64 {
+        let rate = self.rate.unwrap_or(take_rate);
+        // 29.97 frames per second count to 30.
+        let nominal = rate.ceil();
+        let minutes = f64::from(60 * self.hours + self.minutes);
+        // Of every minute but each tenth, the first two numbers are left out, or four at 59.94.
+        let dropped = match self.drop_frame {
+            true => (nominal / 15.0).round() * (minutes - (minutes / 10.0).floor()),
+            false => 0.0,
+        };
+        let frames = nominal * (60.0 * minutes + f64::from(self.seconds)) + f64::from(self.frames) - dropped;
+        frames / rate + f64::from(self.subframes) / take_rate
+    }
+}
+
 impl std::fmt::Display for Timecode {
     /// `01:02:03:04`, or `01:02:03;04` if the time code skips numbers, and `.2` behind it for subframes.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -79,4 +97,38 @@ impl RawTake {
 
     /// The confidence of a position that the capture system filled in: it is plausible, but was not seen.
     pub const FILLED: f32 = 0.5;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By the rules of SMPTE 12M, worked out by hand.
+    #[test]
+    fn seconds_of_time_codes() {
+        let at = |hours, minutes, seconds, frames, rate, drop_frame| {
+            Timecode { hours, minutes, seconds, frames, subframes: 0, rate, drop_frame }.seconds(120.0)
+        };
+        let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} {expected}");
+        let ntsc = Some(30000.0 / 1001.0);
+        near(at(1, 2, 3, 12, Some(24.0), false), 3723.5);
+        // 10 minutes are 17,982 frames if numbers are dropped, and 18,000 if not.
+        near(at(0, 10, 0, 0, ntsc, true), 17_982.0 * 1.001 / 30.0);
+        near(at(0, 10, 0, 0, ntsc, false), 18_000.0 * 1.001 / 30.0);
+        // The number after 00:00:59;29 is 00:01:00;02.
+        near(at(0, 1, 0, 2, ntsc, true), 1800.0 * 1.001 / 30.0);
+        near(at(0, 1, 0, 4, Some(60000.0 / 1001.0), true), 3600.0 * 1.001 / 60.0);
+        // Without a rate, frames are those of the take.
+        near(at(0, 0, 1, 60, None, false), 1.5);
+        let subframes = Timecode {
+            hours: 0,
+            minutes: 0,
+            seconds: 0,
+            frames: 1,
+            subframes: 2,
+            rate: Some(30.0),
+            drop_frame: false,
+        };
+        assert_eq!(subframes.seconds(120.0), 1.0 / 30.0 + 2.0 / 120.0);
+    }
 }

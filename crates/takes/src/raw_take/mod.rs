@@ -64,7 +64,17 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
         }
     };
     missing::mark(&mut take);
+    follow_timecode(&mut take);
     Ok(take)
+}
+
+/// Moves the take's clock so that the first frame is at the file's time code, if the file has one.
+fn follow_timecode(take: &mut RawTake) {
+    let RawTake { tracks, recording, .. } = take;
+    let Some((timecode, &first)) = recording.timecode.zip(tracks.times.first()) else { return };
+    let later = timecode.seconds(tracks.rate()) - first;
+    tracks.times.iter_mut().for_each(|time| *time += later);
+    recording.events.iter_mut().for_each(|event| event.time += later);
 }
 
 /// Whether a file is the take's own CSV, which [`crate::take`] reads, and not a raw take. Only the first
