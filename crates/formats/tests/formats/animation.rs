@@ -191,6 +191,7 @@ pub(crate) fn animation(uvs: UvKind, frames: usize, seed: u64) -> Animation {
             first_frame: 7,
             end_frame: 5_000_000_000,
             fps: Some(30.0 / 1.001),
+            start_frame: Some(1001),
             missing: Missing::Hold,
             fade_detail: true,
             head: HeadMotion::Drop,
