@@ -233,7 +233,9 @@ fn by_size(file: &[u8], sections: &Sections<'_>, stated: &Layout, shapes: &[Layo
         let bytes = usize::try_from(shape.promised).ok()?.checked_mul(shape.frame_bytes())?;
         let Some(before) = file.len().checked_sub(bytes).filter(|_| bytes > 0) else { continue };
         let start = before / BLOCK * BLOCK;
-        let free_from = if start > stated.start { stated.start } else { sections.entries_end };
+        // The last entry's description may follow it in its block.
+        let entries_end = sections.entries_end.next_multiple_of(BLOCK);
+        let free_from = if start > stated.start { stated.start } else { entries_end };
         let is_free = file.get(free_from..start).is_some_and(is_zero);
         let begins = file.get(start..).is_some_and(|data| !is_zero(&data[..data.len().min(BLOCK)]));
         if start != stated.start && is_free && begins {
