@@ -187,7 +187,7 @@ pub(super) fn find(
         }
         (None, None) => {
             return Err(Error::cut_short(format!(
-                "is cut short: it has {bytes} bytes, and its points begin behind them; copy or export the file anew"
+                "is cut short: it has {bytes} bytes, and its points begin beyond its end; copy or export the file anew"
             )));
         }
     };
