@@ -44,8 +44,8 @@ impl<'a> Table<'a> {
             out.has_blanks = true;
         }
         if out.separator != b','
-            && has_between_digits(&out.bytes, b',')
             && !has_between_digits(&out.bytes, b'.')
+            && has_between_digits(&out.bytes, b',')
         {
             let commas: Vec<usize> = between_digits(&out.bytes, b',').collect();
             let bytes = out.bytes.to_mut();

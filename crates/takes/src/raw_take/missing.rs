@@ -9,7 +9,8 @@ use rhytid_core::{RawTake, Take};
 /// A number stands for “not seen” if its magnitude is this many times that of the rest of the take.
 const FAR: f64 = 3.0;
 
-/// The same for a number that programs use for this purpose, such as 9999999.
+/// The same for a number that programs use for this purpose, such as 9999999, and for one that whole positions
+/// consist of.
 const FAR_IF_CONSPICUOUS: f64 = 1.5;
 
 /// A number stands for “not seen” only if so many coordinates have exactly this number. A wild position that a
@@ -47,6 +48,10 @@ pub(super) fn mark(take: &mut RawTake) {
 struct Candidate {
     magnitude: f64,
     is_conspicuous: bool,
+    /// Whether it is as far out as an inconspicuous number must be.
+    is_far: bool,
+    /// The positions that have it on all three axes.
+    whole: usize,
     /// Whether it is on each of the axes. A real position far away is so on one axis, or on each by another
     /// number.
     is_on: [bool; 3],
@@ -59,13 +64,16 @@ fn far_numbers(take: &mut RawTake) {
     let m = take.tracks.labels.len();
     for position in take.tracks.positions.iter().filter(|p| p.iter().any(|x| x.abs() >= least)) {
         for candidate in &mut candidates {
-            for (is_on, x) in candidate.is_on.iter_mut().zip(position) {
-                *is_on |= x.abs() == candidate.magnitude;
+            let has = position.map(|x| x.abs() == candidate.magnitude);
+            candidate.whole += usize::from(has == [true; 3]);
+            for (is_on, has) in candidate.is_on.iter_mut().zip(has) {
+                *is_on |= has;
             }
         }
     }
     candidates.retain(|candidate| {
-        candidate.is_conspicuous || candidate.is_on.iter().filter(|&&is_on| is_on).count() > 1
+        let axes = candidate.is_on.iter().filter(|&&is_on| is_on).count();
+        candidate.is_conspicuous || candidate.is_far && axes > 1 || candidate.whole > 1
     });
     for Candidate { magnitude, .. } in candidates {
         let mut markers = vec![false; m];
@@ -80,14 +88,20 @@ fn far_numbers(take: &mut RawTake) {
         }
         if samples > 0 {
             take.warnings.push(format!(
-                "the coordinate {value} stands far outside the rest and comes again and again, so it counts as “not \
+                "the coordinate {} stands far outside the rest and comes again and again, so it counts as “not \
                  seen”: {} of {m} markers, {:.2} % of all samples; export gaps as empty cells, or as residuals below \
                  0 in a C3D file",
+                shown(value),
                 markers.iter().filter(|&&has| has).count(),
                 samples as f64 / take.tracks.positions.len() as f64 * 100.0,
             ));
         }
     }
+}
+
+/// A number in few characters.
+fn shown(value: f64) -> String {
+    if value.abs() < 1e12 { value.to_string() } else { format!("{:e}", value as f32) }
 }
 
 /// Magnitudes that are far above the rest and repeated, the largest first. Real takes have very few.
@@ -107,9 +121,9 @@ fn candidates(tracks: &Take) -> Vec<Candidate> {
         if magnitude <= FAR_IF_CONSPICUOUS * rest {
             break;
         }
-        let is_far = magnitude > FAR * rest || is_conspicuous;
-        if is_far && end - start >= LEAST_REPEATED && (start > 0 || is_conspicuous) {
-            found.push(Candidate { magnitude, is_conspicuous, is_on: [false; 3] });
+        if end - start >= LEAST_REPEATED && (start > 0 || is_conspicuous) {
+            let is_far = magnitude > FAR * rest;
+            found.push(Candidate { magnitude, is_conspicuous, is_far, whole: 0, is_on: [false; 3] });
         }
         end = start;
     }

@@ -94,7 +94,7 @@ pub fn is_take_csv(path: &Path) -> bool {
 impl Kind {
     fn detect(start: &[u8], path: &Path) -> Self {
         // The byte before C3D's mark is the block of its parameters, a small number that is no letter.
-        if start.len() > 1 && start[0] < b' ' && start[1] == c3d::MARK {
+        if start.len() > 1 && (1..b' ').contains(&start[0]) && start[1] == c3d::MARK {
             return Self::C3d;
         }
         let text = utf_8(start);

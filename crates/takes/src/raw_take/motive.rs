@@ -86,6 +86,7 @@ fn read_keys(rows: &Rows<'_>, header: &mut Header) {
     header.recording.started = started.filter(|text| !text.is_empty());
     header.recording.first_frame = place("Capture Start Frame").and_then(|column| number(rows, column));
     let version = place("Format Version").map(|column| text(rows, column)).unwrap_or_default();
+    let version = version.replace(',', ".");
     if !version.starts_with("1.2") {
         header.warnings.push(format!(
             "the format's version is {}, expected 1.2x; the file may be read wrongly",

@@ -42,10 +42,11 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
             )));
         }
         let cells: Vec<String> = (0..filled(&rows)).map(|column| text(&rows, column)).collect();
-        if cells[0].eq_ignore_ascii_case("Frame") {
+        let first = cells.first().map_or("", String::as_str);
+        if first.eq_ignore_ascii_case("Frame") {
             break cells;
         }
-        if cells[0].is_empty() {
+        if first.is_empty() {
             labels = cells;
         } else if header.rate.is_none() {
             header.rate = number(&rows, 0);

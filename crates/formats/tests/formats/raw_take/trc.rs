@@ -155,8 +155,9 @@ fn times_of(
     number: impl Fn(usize) -> usize,
     time: impl Fn(usize) -> String,
 ) -> (Vec<f64>, String) {
-    let rows: String = (0..600).map(|i| format!("{}\t{}\t{i}\t2\t3\n", number(i), time(i))).collect();
-    let take = read(file(rate, "600\t1", "mm", "jaw00", &rows).as_bytes(), NAME);
+    let rows: String =
+        (0..600).map(|i| format!("{}\t{}\t{i}\t2\t3\t4\t5\t6\n", number(i), time(i))).collect();
+    let take = read(file(rate, "600\t2", "mm", LABELS, &rows).as_bytes(), NAME);
     (take.tracks.times.clone(), take.warnings.join("; "))
 }
 
@@ -174,17 +175,18 @@ fn numbers_and_rate_win_over_rounded_times() {
         let zeros = times_of(rate, |i| i + 1, |i| format!("{:.3}000", seconds(i, number)));
         let single = times_of(rate, |i| i + 1, |i| format!("{:.9}", seconds(i, number) as f32));
         for (found, said) in [exact, short, zeros, single] {
-            assert_eq!((found, said.as_str()), (even(0, number), ""), "{rate}");
+            assert!(found == even(0, number) && said.is_empty(), "{rate}: {:?} {said}", &found[..4]);
         }
     }
     // The first frame is 500 at 500/120 or 499/120 s, or 0 at 0 s.
     for (first, from) in [(500, 500), (500, 499), (0, 0), (1, 0)] {
         let (found, said) = times_of("120", |i| first + i, |i| format!("{:.6}", seconds(from + i, 120.0)));
-        assert_eq!((found, said.as_str()), (even(from, 120.0), ""), "{first}, {from}");
+        assert!(found == even(from, 120.0) && said.is_empty(), "{first}, {from}: {:?} {said}", &found[..4]);
     }
     // A clock that trembles by a quarter of a frame.
     let tremble = |i: usize| format!("{:.6}", seconds(i, 120.0) + if i % 3 == 1 { 0.002 } else { 0.0 });
-    assert_eq!(times_of("120", |i| i + 1, tremble), (even(0, 120.0), String::new()));
+    let (found, said) = times_of("120", |i| i + 1, tremble);
+    assert!(found == even(0, 120.0) && said.is_empty(), "{:?} {said}", &found[..4]);
 }
 
 #[test]

@@ -46,7 +46,7 @@ fn what_is_wrong_is_said() {
     let unit = read(FILE.replace("mm", "").as_bytes(), NAME);
     assert!(unit.metres_per_unit.is_none() && warns(&unit, "the line of units names no unit"));
     assert!(
-        refused(FILE.replace("1.5,2,3", "1.5,two,3").as_bytes(), NAME).contains("line 27: cell 4 is \"two\"")
+        refused(FILE.replace("1.5,2,3", "1.5,two,3").as_bytes(), NAME).contains("line 28: cell 4 is \"two\"")
     );
     let start = FILE.find("Trajectories").unwrap();
     for cut in 0..FILE.len() {

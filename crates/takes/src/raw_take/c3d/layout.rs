@@ -124,7 +124,7 @@ pub(super) fn find(
 ) -> Result<Layout> {
     let bytes = file.len();
     let Sections { header, parameters, .. } = sections;
-    let starts = starts(bytes, sections)?;
+    let starts = starts(bytes, sections);
     let points = Claims::new([
         (parameters.number("POINT", "USED").and_then(whole), "POINT:USED"),
         (Some(usize::from(header.points)), "the header"),
@@ -164,20 +164,33 @@ pub(super) fn find(
             }
         }
     }
-    let (fit, mut layout) = best.ok_or_else(|| {
-        Error::malformed("neither the header nor a parameter says how many frames there are")
-    })?;
-    let by_size = if fit == Fit::Exact { None } else { by_size(file, sections, &layout, &shapes) };
-    if let Some(found) = by_size {
-        warnings.push(format!(
-            "no statement of where the points begin fits the size of the file (byte {} by {}); byte {}, which fits, \
-             is used",
-            starts.0[0].0, starts.0[0].1, found.start
-        ));
-        layout = found;
-    } else {
-        starts.settle("the byte at which the points begin", layout.start, warnings);
+    if shapes.is_empty() {
+        return Err(Error::malformed("neither the header nor a parameter says how many frames there are"));
     }
+    let by_size = match best {
+        Some((Fit::Exact, _)) => None,
+        _ => by_size(file, sections, best.map(|(_, stated)| stated.start), &shapes),
+    };
+    let mut layout = match (by_size, best) {
+        (Some(found), _) => {
+            let said = starts.0.first().map(|(start, place)| format!(" (byte {start} by {place})"));
+            warnings.push(format!(
+                "no statement of where the points begin fits the size of the file{}; byte {}, which fits, is used",
+                said.unwrap_or_default(),
+                found.start
+            ));
+            found
+        }
+        (None, Some((_, stated))) => {
+            starts.settle("the byte at which the points begin", stated.start, warnings);
+            stated
+        }
+        (None, None) => {
+            return Err(Error::cut_short(format!(
+                "is cut short: it has {bytes} bytes, and its points begin beyond its end; copy or export the file anew"
+            )));
+        }
+    };
     points.settle("the number of points", layout.points, warnings);
     storages.settle("the storage of the coordinates", layout.storage, warnings);
     if analogs.values().next() != Some(layout.analog) {
@@ -223,20 +236,22 @@ pub(super) fn first_frame(header: &Header, parameters: &Parameters<'_>, warnings
 }
 
 /// The layout that begins where the size of the file says, though no statement does. Between the parameters and
-/// that place, or between the place that `stated` has and that place, there may be nothing but zeros.
+/// that place, or between the byte that is `stated` and that place, there may be nothing but zeros.
 ///
 /// So the spare blocks of the parameters are not taken for points if the file was cut, and bytes that follow the
 /// last frame do not move the first one.
-fn by_size(file: &[u8], sections: &Sections<'_>, stated: &Layout, shapes: &[Layout]) -> Option<Layout> {
+fn by_size(file: &[u8], sections: &Sections<'_>, stated: Option<usize>, shapes: &[Layout]) -> Option<Layout> {
     let is_zero = |bytes: &[u8]| bytes.iter().all(|&byte| byte == 0);
     for shape in shapes {
         let bytes = usize::try_from(shape.promised).ok()?.checked_mul(shape.frame_bytes())?;
         let Some(before) = file.len().checked_sub(bytes).filter(|_| bytes > 0) else { continue };
         let start = before / BLOCK * BLOCK;
-        let free_from = if start > stated.start { stated.start } else { sections.entries_end };
+        // The last entry's description may follow it in its block.
+        let entries_end = sections.entries_end.next_multiple_of(BLOCK);
+        let free_from = stated.filter(|&stated| stated < start).unwrap_or(entries_end);
         let is_free = file.get(free_from..start).is_some_and(is_zero);
         let begins = file.get(start..).is_some_and(|data| !is_zero(&data[..data.len().min(BLOCK)]));
-        if start != stated.start && is_free && begins {
+        if Some(start) != stated && is_free && begins {
             return Some(Layout { start, ..*shape });
         }
     }
@@ -246,7 +261,7 @@ fn by_size(file: &[u8], sections: &Sections<'_>, stated: &Layout, shapes: &[Layo
 /// The bytes at which the points may begin: inside the file, and not before the parameters' last entry ends.
 ///
 /// Places before the end that the parameter section claims come last.
-fn starts(bytes: usize, sections: &Sections<'_>) -> Result<Claims<usize>> {
+fn starts(bytes: usize, sections: &Sections<'_>) -> Claims<usize> {
     let Sections { header, parameters, entries_end, claimed_end: section_end } = sections;
     let section_end = *section_end;
     let byte = |block: f64| {
@@ -261,14 +276,8 @@ fn starts(bytes: usize, sections: &Sections<'_>) -> Result<Claims<usize>> {
         claims.0.insert(0, (section_end, "the end of the parameters"));
     }
     claims.0.sort_by_key(|(start, _)| *start < section_end);
-    let first = claims.values().min().unwrap_or(section_end);
     claims.0.retain(|(start, _)| *start <= bytes);
-    if claims.0.is_empty() {
-        return Err(Error::cut_short(format!(
-            "is cut short: it has {bytes} bytes, and its points begin at byte {first}; copy or export the file anew"
-        )));
-    }
-    Ok(claims)
+    claims
 }
 
 /// A number that a word could hold.

@@ -23,6 +23,12 @@ use parameters::Parameters;
 use processor::Processor;
 use rhytid_core::{Error, RawTake, Result, Take};
 
+/// The most blocks before the points: their place is a word.
+const MOST_BLOCKS: usize = u16::MAX as usize;
+
+/// A list of labels goes on in parameters with a number behind the name. 65535 points need 257 of them.
+const MOST_PARTS: usize = 300;
+
 /// The second byte of every C3D file.
 pub(super) const MARK: u8 = 0x50;
 
@@ -146,7 +152,8 @@ fn sections<'a>(bytes: &'a [u8], warnings: &mut Vec<String>) -> Result<Sections<
     let mut parameters = Parameters::read(&bytes[start + 4..bound], processor);
     if parameters.is_damaged && bound < bytes.len() {
         // Both bounds may be wrong. The entries say themselves where the last one is.
-        let unbounded = Parameters::read(&bytes[start + 4..], processor);
+        let most = (start + MOST_BLOCKS * BLOCK).min(bytes.len());
+        let unbounded = Parameters::read(&bytes[start + 4..most], processor);
         if !unbounded.is_damaged {
             parameters = unbounded;
         }
@@ -201,7 +208,7 @@ fn settle_rate(
 /// The labels of the points: LABELS, and LABELS2, LABELS3 … for those beyond 255.
 fn labels(parameters: &Parameters<'_>, points: usize) -> Vec<String> {
     let mut labels = Vec::new();
-    for part in 1.. {
+    for part in 1..=MOST_PARTS {
         let name = if part == 1 { "LABELS".to_owned() } else { format!("LABELS{part}") };
         let Some(texts) = parameters.texts("POINT", &name) else { break };
         labels.extend(texts.into_iter().map(labels::text));

@@ -1,6 +1,7 @@
 //! Points of a C3D file that are no markers. Vicon's programs store what a model computes as points: joint
 //! angles, forces, virtual points. Parameters beside the labels list their labels.
 use super::super::labels;
+use super::MOST_PARTS;
 use super::parameters::Parameters;
 use rhytid_core::{Error, Result};
 use std::collections::HashMap;
@@ -36,7 +37,7 @@ pub(super) fn markers(
     let mut list_of: HashMap<String, usize> = HashMap::new();
     for (list, name) in lists.iter().enumerate() {
         // The lists go on in ANGLES2, ANGLES3 and so on, as the labels do.
-        for part in 1.. {
+        for part in 1..=MOST_PARTS {
             let name = if part == 1 { name.clone() } else { format!("{name}{part}") };
             if parameters.texts("POINT", &name).is_none() {
                 break;

@@ -111,10 +111,12 @@ impl<'a> Parameters<'a> {
     /// The first parameter of that name in any group of that name.
     fn find(&self, group: &str, name: &str) -> Option<&Parameter<'a>> {
         let same = |found: &[u8], wanted: &str| found.trim_ascii().eq_ignore_ascii_case(wanted.as_bytes());
-        self.parameters.iter().find(|parameter| {
-            same(parameter.name, name)
-                && self.groups.iter().any(|(id, found)| *id == parameter.group && same(found, group))
-        })
+        let mut is_wanted = [false; 1 << u8::BITS];
+        for (id, _) in self.groups.iter().filter(|(_, found)| same(found, group)) {
+            is_wanted[usize::from(*id)] = true;
+        }
+        let mut parameters = self.parameters.iter();
+        parameters.find(|parameter| is_wanted[usize::from(parameter.group)] && same(parameter.name, name))
     }
 }
 

@@ -70,6 +70,10 @@ fn points(frame: &[u8], layout: &Layout, processor: Processor) -> impl Iterator<
     frame.chunks_exact(storage.point_bytes()).take(layout.points).map(move |point| match storage {
         Storage::Integer { scale } => {
             let [x, y, z, residual] = numbers(point, |word| f64::from(processor.word(word) as i16));
+            // A point outside of what the integers reach, on all axes.
+            if [x, y, z].iter().all(|word| word.abs() >= f64::from(i16::MAX)) {
+                return Seen::Missing;
+            }
             seen([x, y, z].map(|x| x * scale), residual)
         }
         Storage::Float => {
