@@ -102,6 +102,7 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     let count = |kind: Kind| report.events.iter().filter(|event| event.kind == kind).count();
     let with_marker = found.markers.iter().flatten().count();
     let mut rows = vec![row("handles", format!("{with_marker} of {} have a marker", report.labels.len()))];
+    rows.extend(found.subject.iter().map(|subject| row("subject", subject.clone())));
     if !found.in_head_space {
         let rigid =
             if found.rigid.is_empty() { "all markers".into() } else { output::names(&found.rigid, ui) };
