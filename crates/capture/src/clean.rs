@@ -205,13 +205,13 @@ fn without_head(
     if extent == 0.0 {
         return Err(Error::empty("the take cannot be cleaned: no marker of a handle is seen in any frame"));
     }
-    let HeadMarkers { rigid, stiff, warnings: said } =
+    let HeadMarkers { rigid, fitted, stiff, warnings: said } =
         head_markers::find(tracks, &face, &matched.others, labels, settings, extent)?;
     if in_head_space || settings.skip.contains(&Step::Head) {
         return Ok((None, rigid));
     }
     warnings.extend(said.into_iter().map(Warning::from));
-    let mut head = head::stabilise(tracks, &rigid, &stiff, &face, extent).ok_or_else(|| {
+    let mut head = head::stabilise(tracks, &fitted, &stiff, &face, extent).ok_or_else(|| {
         Error::no_fit(
             "the head's motion cannot be found: it needs a frame that shows at least three markers that are \
              not on one line",

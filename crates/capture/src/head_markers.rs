@@ -15,6 +15,9 @@ use std::collections::BTreeSet;
 pub(crate) struct HeadMarkers {
     /// Markers on a cap or the like; empty where the face's own must do.
     pub rigid: Vec<usize>,
+    /// The markers to fit the head's motion to: the rigid ones, and the face's stiff ones where the rigid ones
+    /// are soft. Empty where there are no rigid ones.
+    pub fitted: Vec<usize>,
     /// The face's markers that keep their distances best; all where none do.
     pub stiff: Vec<usize>,
     /// A sentence each.
@@ -48,7 +51,7 @@ const FEW: usize = 12;
 const FEW_SLACK: f64 = 0.03;
 
 /// As many sets are tried.
-const MOST_SETS: usize = 24;
+const MOST_SETS: usize = 100;
 
 /// The frames in ten in which a marker must be near its usual place to count as still, and the part of the
 /// face's markers that must be.
@@ -88,10 +91,12 @@ pub(crate) fn find(
     let own = fitted(&few, face, FACE_TOLERANCE * extent);
     let stiff = own.as_ref().and_then(|own| stiff(&few, face, own, extent));
     let stiff = stiff.unwrap_or_else(|| face.to_vec());
-    let mut found = HeadMarkers { rigid: Vec::new(), stiff, warnings: Vec::new() };
-    let compared = |columns: Vec<usize>, varies: f64| tried(&few, columns, varies, face, own.as_deref(), extent);
+    let mut found = HeadMarkers { rigid: Vec::new(), fitted: Vec::new(), stiff, warnings: Vec::new() };
+    let compared =
+        |columns: Vec<usize>, varies: f64| tried(&few, columns, varies, face, own.as_deref(), extent);
     if let Some(named) = &settings.rigid {
         found.rigid = named_markers(named, labels, candidates)?;
+        found.fitted.clone_from(&found.rigid);
         let given = compared(found.rigid.clone(), 0.0).filter(|given| !given.travels());
         found.warnings.extend(given.map(|given| {
             format!(
@@ -111,26 +116,27 @@ pub(crate) fn find(
             }
         }
     }
-    // A stable sort: the stiffer sets of a size stay first.
-    sets.sort_by_key(|set| std::cmp::Reverse(set.len()));
+    let is_called_head =
+        |columns: &[usize]| 2 * columns.iter().filter(|&&c| says_head(&labels[c])).count() > columns.len();
+    let columns = |set: &Vec<usize>| set.iter().map(|&i| distances.columns[i]).collect::<Vec<_>>();
+    // Stable: the stiffer sets of a size stay first.
+    sets.sort_by_key(|set| (!is_called_head(&columns(set)), std::cmp::Reverse(set.len())));
     sets.truncate(MOST_SETS);
-    let mut all: Vec<Tried> = Vec::new();
-    for set in &sets {
-        let columns = set.iter().map(|&i| distances.columns[i]).collect();
-        all.extend(compared(columns, distances.variation(set)));
-    }
-    let says = |columns: &[usize]| columns.iter().filter(|&&c| says_head(&labels[c])).count();
+    let all: Vec<Tried> =
+        sets.iter().filter_map(|set| compared(columns(set), distances.variation(set))).collect();
     // Sets whose labels say so come first, then the one against which the face moves least.
-    let best = all
-        .iter()
-        .filter(|set| set.travels())
-        .min_by(|a, b| {
-            let is_said = |set: &Tried| 2 * says(&set.columns) > set.columns.len();
-            is_said(b).cmp(&is_said(a)).then(a.left.total_cmp(&b.left))
-        });
+    let best = all.iter().filter(|set| set.travels()).min_by(|a, b| {
+        let is_called = [a, b].map(|set| is_called_head(&set.columns));
+        is_called[1].cmp(&is_called[0]).then(a.left.total_cmp(&b.left))
+    });
     if let Some(best) = best {
         found.rigid.clone_from(&best.columns);
+        found.fitted.clone_from(&best.columns);
         if best.varies > KEEPS[0] * extent {
+            // A head band that gives way shows less of the head's motion than it does with the face's help.
+            if found.stiff.len() < face.len() {
+                found.fitted.extend(&found.stiff);
+            }
             found.warnings.push(format!(
                 "the head's markers {} are not quite rigid: their distances vary by {:.1} % of the face's size; \
                  say which markers are rigid if these are not on a cap or a head band",

@@ -158,9 +158,19 @@ mod tests {
         ] {
             assert!(is_unlabelled(label), "{label}");
         }
-        for label in
-            ["M12", "M0012", "12", "U1", "New1", "u", "jaw00#2", "newest_1", "lip_u_1", "unlabeled_lip", "New"]
-        {
+        for label in [
+            "M12",
+            "M0012",
+            "12",
+            "U1",
+            "New1",
+            "u",
+            "jaw00#2",
+            "newest_1",
+            "lip_u_1",
+            "unlabeled_lip",
+            "New",
+        ] {
             assert!(!is_unlabelled(label), "{label}");
         }
     }
@@ -173,7 +183,8 @@ mod tests {
         let settings = Settings { markers: map, ..Settings::default() };
         let found = match_labels(&handles, &file, &settings).unwrap();
         assert_eq!(found.columns, [Some(1), Some(2), Some(3), Some(4), Some(5), None]);
-        assert_eq!(found.others, [0, 6]);
+        // Another actor has the same label.
+        assert_eq!((found.others, found.left_out), (vec![6], vec![0]));
     }
 
     #[test]

@@ -150,7 +150,10 @@ mod tests {
         // The extent is 11.3 cm.
         tracks.columns[7][33] += DVec3::Z * 12.0;
         let words = said(&tracks, &target, true).unwrap();
-        assert!(words.contains("face's: m7 is 12") && words.contains("mm from its place at rest in frame 33;"), "{words}");
+        assert!(
+            words.contains("face's: m7 is 12") && words.contains("mm from its place at rest in frame 33;"),
+            "{words}"
+        );
         let (mut tracks, target) = face();
         tracks.columns[7][60..64].iter_mut().for_each(|p| *p += DVec3::Z * 6.0);
         assert_eq!(said(&tracks, &target, true), None);
@@ -165,6 +168,9 @@ mod tests {
         assert_eq!(said(&tracks, &target, false), None);
         tracks.columns[7][12] += DVec3::X * 210.0;
         let words = said(&tracks, &target, false).unwrap();
-        assert!(words.contains("m7 to a neighbour is stretched by") && words.contains("in frame 12"), "{words}");
+        assert!(
+            words.contains("m7 to a neighbour is stretched by") && words.contains("in frame 12"),
+            "{words}"
+        );
     }
 }

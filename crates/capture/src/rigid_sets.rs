@@ -50,9 +50,9 @@ impl Distances {
         Self { columns, middle, off }
     }
 
-    /// For each column the set that grows around it, of places in [`Distances::columns`]. The stiffest comes
-    /// first. Every pair of a set is within `most` of its distance. Sets of fewer than three, and sets that
-    /// came before, are left out.
+    /// Sets of places in [`Distances::columns`], the largest first. Every pair of a set is within `most` of its
+    /// distance. A set grows around each column, with the stiffest pairs first. Sets of fewer than three are
+    /// left out, and so are sets of which larger sets have more than half.
     pub(crate) fn sets(&self, most: f64) -> Vec<Vec<usize>> {
         let n = self.columns.len();
         let grown = |seed: usize| {
@@ -68,12 +68,17 @@ impl Distances {
             set
         };
         let grown: Vec<Vec<usize>> = (0..n).into_par_iter().map(grown).collect();
-        let mut sets: Vec<Vec<usize>> = Vec::new();
-        for set in grown {
-            if set.len() >= 3 && !sets.contains(&set) {
-                sets.push(set);
+        let mut sets: Vec<Vec<usize>> = grown.into_iter().filter(|set| set.len() >= 3).collect();
+        // Stable: equals stay in the order of their columns.
+        sets.sort_by_key(|set| std::cmp::Reverse(set.len()));
+        let mut is_in_a_set = vec![false; n];
+        sets.retain(|set| {
+            let is_new = 2 * set.iter().filter(|&&i| is_in_a_set[i]).count() <= set.len();
+            if is_new {
+                set.iter().for_each(|&i| is_in_a_set[i] = true);
             }
-        }
+            is_new
+        });
         sets
     }
 
@@ -101,7 +106,7 @@ mod tests {
     fn tracks() -> Tracks {
         let at = |c: usize, f: usize| {
             let t = f as f64 / 40.0;
-            let p = DVec3::new((c * 5 % 7) as f64, (c * 3 % 5) as f64, (c * c % 4) as f64) * 20.0;
+            let p = DVec3::new((c * 5 % 7) as f64, (c * 3 % 5) as f64, (1 + c * c % 4) as f64) * 20.0;
             let turn = match c {
                 0..4 => DQuat::from_rotation_y(0.4 * t.sin()),
                 4..8 => DQuat::from_rotation_x(0.7 * (2.0 * t).sin()),

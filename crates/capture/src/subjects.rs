@@ -133,13 +133,13 @@ pub(crate) fn choose(
 ) -> Result<Chosen> {
     let mut groups = groups(handles, file, labels);
     let all = Chosen { subject: None, is_anothers: vec![false; file.len()], warning: None };
-    let of_map: BTreeSet<Option<&str>> = mapped.iter().map(|&i| labels[i].subject.as_deref()).collect();
+    let of_map: BTreeSet<&str> = mapped.iter().filter_map(|&i| labels[i].subject.as_deref()).collect();
     let best = if let Some(wanted) = wanted {
         let is_wanted = |group: &Group| group.subject.is_some_and(|subject| is_called(subject, wanted));
         let place = groups.iter().position(is_wanted);
         place.ok_or_else(|| unknown(wanted, &groups))?
     } else if of_map.len() == 1
-        && let Some(place) = groups.iter().position(|group| of_map.contains(&group.subject))
+        && let Some(place) = groups.iter().position(|group| group.subject.is_some_and(|s| of_map.contains(s)))
     {
         place
     } else {
@@ -176,8 +176,8 @@ pub(crate) fn choose(
             handles.extend(&group.handles);
         }
     }
-    let is_other = |label: &Label| others.iter().any(|(subject, _)| *subject == label.subject.as_deref());
-    let is_anothers = labels.iter().map(is_other).collect();
+    let left_out: HashSet<Option<&str>> = others.iter().map(|(subject, _)| *subject).collect();
+    let is_anothers = labels.iter().map(|label| left_out.contains(&label.subject.as_deref())).collect();
     others.retain(|(_, count)| *count >= 4);
     let warning = (!others.is_empty() && wanted.is_none()).then(|| {
         format!(

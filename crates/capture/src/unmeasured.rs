@@ -39,10 +39,8 @@ pub(crate) fn leave_out(matched: &mut Matched, tracks: &Tracks, labels: &[String
         *column = None;
         matched.left_out.push(c);
     }
-    let (kept, left_out): (Vec<usize>, Vec<usize>) = matched
-        .others
-        .iter()
-        .partition(|&&c| !(is_seldom(c) || has_names && is_unlabelled(&labels[c])));
+    let (kept, left_out): (Vec<usize>, Vec<usize>) =
+        matched.others.iter().partition(|&&c| !(is_seldom(c) || has_names && is_unlabelled(&labels[c])));
     matched.others = kept;
     matched.left_out.extend(left_out);
     matched.left_out.sort_unstable();
@@ -89,7 +87,10 @@ mod tests {
         let said = leave_out(&mut found, &tracks, &labels);
         let mut columns = matched.columns.clone();
         (columns[1], columns[2]) = (None, None);
-        assert_eq!((found.columns, found.others, found.left_out), (columns, vec![14, 15], vec![1, 2, 12, 13]));
+        assert_eq!(
+            (found.columns, found.others, found.left_out),
+            (columns, vec![14, 15], vec![1, 2, 12, 13])
+        );
         assert!(said[0].starts_with("1 of") && said[0].ends_with("\"m1\""), "{said:?}");
         assert!(said[1].starts_with("1 of") && said[1].ends_with("\"m2\""), "{said:?}");
         // Without any name, names mean nothing.

@@ -65,7 +65,8 @@ pub fn read_raw_take(
     }
     let mut settings = clean_up.settings.clone();
     let (handles, subject) = (&rig.handles().labels, settings.subject.as_deref());
-    let named = capture::same_names(handles, &raw.tracks.labels, &settings.markers, subject).map_err(in_file)?;
+    let named =
+        capture::same_names(handles, &raw.tracks.labels, &settings.markers, subject).map_err(in_file)?;
     let named = named.iter().flatten().count();
     let mut matches = Vec::new();
     if 2 * named < handles.len() && raw.tracks.frames() > 0 {

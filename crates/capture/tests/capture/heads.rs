@@ -73,7 +73,8 @@ fn without(raw: &RawTake, is_gone: &dyn Fn(&str) -> bool) -> RawTake {
     let n = keep.len();
     let positions = raw.tracks.positions.iter().enumerate().filter(|(i, _)| keep[i % n]).map(|(_, p)| *p);
     raw.tracks.positions = positions.collect();
-    raw.tracks.labels = raw.tracks.labels.into_iter().zip(&keep).filter(|(_, keep)| **keep).map(|(l, _)| l).collect();
+    raw.tracks.labels =
+        raw.tracks.labels.into_iter().zip(&keep).filter(|(_, keep)| **keep).map(|(l, _)| l).collect();
     raw.tracks.confidence = None;
     raw
 }
@@ -108,32 +109,50 @@ fn things() -> Vec<(&'static str, Motion)> {
     let (on_chest, near) = (head(), head());
     vec![
         ("still points of the room", Box::new(|i, _| DVec3::new(-80.0, 20.0, -150.0) + 8.0 * thing(i))),
-        ("a chair that is moved once", Box::new(|i, f| {
-            let s = ((f as f64 - 200.0) / 100.0).clamp(0.0, 1.0);
-            DVec3::new(60.0 * s, 45.0, -30.0) + DQuat::from_rotation_y(s) * (3.0 * thing(i))
-        })),
-        ("a slate", Box::new(|i, f| {
-            let t = f as f64 / 120.0;
-            DVec3::new(40.0 - 9.0 * t, 150.0, 60.0) + DQuat::from_rotation_z(2.0 * t) * thing(i)
-        })),
+        (
+            "a chair that is moved once",
+            Box::new(|i, f| {
+                let s = ((f as f64 - 200.0) / 100.0).clamp(0.0, 1.0);
+                DVec3::new(60.0 * s, 45.0, -30.0) + DQuat::from_rotation_y(s) * (3.0 * thing(i))
+            }),
+        ),
+        (
+            "a slate",
+            Box::new(|i, f| {
+                let t = f as f64 / 120.0;
+                DVec3::new(40.0 - 9.0 * t, 150.0, 60.0) + DQuat::from_rotation_z(2.0 * t) * thing(i)
+            }),
+        ),
         // The chest goes where the head goes, but turns a fifth as far.
-        ("the actor's chest", Box::new(move |i, f| {
-            let (turn, place) = on_chest[f];
-            place - DVec3::Y * 30.0 + DQuat::IDENTITY.slerp(turn, 0.2) * thing(i)
-        })),
+        (
+            "the actor's chest",
+            Box::new(move |i, f| {
+                let (turn, place) = on_chest[f];
+                place - DVec3::Y * 30.0 + DQuat::IDENTITY.slerp(turn, 0.2) * thing(i)
+            }),
+        ),
         // A hand that holds something beside the cheek, and shakes it a little.
-        ("a hand near the face", Box::new(move |i, f| {
-            let (turn, place) = near[f];
-            let t = f as f64 / 120.0;
-            let shaken = DQuat::from_euler(glam::EulerRot::XYZ, 0.2 * (TAU * t).sin(), 0.1 * t, 0.0);
-            place + turn * DVec3::new(14.0, 0.0, 8.0) + shaken * (0.4 * thing(i))
-        })),
+        (
+            "a hand near the face",
+            Box::new(move |i, f| {
+                let (turn, place) = near[f];
+                let t = f as f64 / 120.0;
+                let shaken = DQuat::from_euler(glam::EulerRot::XYZ, 0.2 * (TAU * t).sin(), 0.1 * t, 0.0);
+                place
+                    + turn * DVec3::new(14.0, 0.0, 8.0)
+                    + shaken * (DVec3::new(4.0, 6.0, 5.0) + 0.4 * thing(i))
+            }),
+        ),
         // Another actor nods differently.
-        ("another actor's cap", Box::new(|i, f| {
-            let t = f as f64 / 120.0;
-            let turn = DQuat::from_euler(glam::EulerRot::XYZ, 0.3 * (1.7 * t).sin(), 0.4 * (0.9 * t).cos(), 0.0);
-            DVec3::new(90.0 + 3.0 * t.sin(), 160.0, 0.0) + turn * (DVec3::Y * 10.0 + 0.6 * thing(i))
-        })),
+        (
+            "another actor's cap",
+            Box::new(|i, f| {
+                let t = f as f64 / 120.0;
+                let turn =
+                    DQuat::from_euler(glam::EulerRot::XYZ, 0.3 * (1.7 * t).sin(), 0.4 * (0.9 * t).cos(), 0.0);
+                DVec3::new(90.0 + 3.0 * t.sin(), 160.0, 0.0) + turn * (DVec3::Y * 10.0 + 0.6 * thing(i))
+            }),
+        ),
     ]
 }
 
@@ -155,7 +174,7 @@ fn other_rigid_things_are_not_the_head() {
         let (whole, face) = (off(&found), off_but_for_the_head(&found));
         let _ = writeln!(std::io::stderr(), "{what}, no cap: {whole:.4} mm, but for the head {face:.4} mm");
         assert!(found.report.setup.rigid.is_empty() && said, "{what}: {:?}", found.report.setup.rigid);
-        assert!(face < GOOD && whole < 0.7, "{what}: {face} {whole}");
+        assert!(face < GOOD && whole < 0.4, "{what}: {face} {whole}");
     }
 }
 
@@ -165,7 +184,7 @@ fn a_slate_without_a_cap() {
     let found = cleaned(raw_take::read(&path, None).unwrap(), &Settings::default()).unwrap();
     let (whole, face) = (off(&found), off_but_for_the_head(&found));
     let _ = writeln!(std::io::stderr(), "{whole:.4} mm, but for the head {face:.4} mm");
-    assert!(found.report.setup.rigid.is_empty() && face < GOOD && whole < 0.7, "{face} {whole}");
+    assert!(found.report.setup.rigid.is_empty() && face < GOOD && whole < 0.4, "{face} {whole}");
     let said = found.report.warnings.iter().find(|w| w.sentence().contains("do not travel with the face"));
     assert!(said.unwrap().sentence().contains("\"slate1\", \"slate2\", \"slate3\""));
 }
@@ -185,7 +204,7 @@ fn two_actors_with_the_same_labels() {
     assert_eq!(found.report.setup.subject.as_deref(), Some("Anna"));
 
     // The rig has the labels of one of them alone.
-    for (to, prefix) in [("other_", "Anna"), ("#2", "Anna")] {
+    for to in ["other_", "#2"] {
         let mut raw = raw.clone();
         for label in &mut raw.tracks.labels {
             let (subject, name) = label.split_once(':').unwrap();
@@ -197,7 +216,7 @@ fn two_actors_with_the_same_labels() {
             };
         }
         let found = cleaned(raw, &Settings::default()).unwrap();
-        assert!(off(&found) < GOOD, "{prefix} {to}: {}", off(&found));
+        assert!(off(&found) < GOOD, "{to}: {}", off(&found));
         let said = found.report.warnings.iter().any(|w| w.sentence().contains("more than one subject"));
         assert_eq!(said, to == "#2", "{:?}", found.report.warnings);
     }
@@ -209,9 +228,16 @@ fn a_soft_head_band_without_a_telling_name_is_used_and_said() {
     let bare = without(&raw, &|label| label.starts_with("head"));
     let labels = ["root-1", "root-2", "root-3", "root-4", "root-5", "root-6"];
     let head = head();
-    let points = [(0.0, 14.0, 5.0), (7.0, 11.0, -1.0), (-7.0, 11.0, -1.0), (4.0, 14.0, -6.0), (-4.0, 14.0, -6.0), (0.0, 9.0, -9.0)];
+    let points = [
+        (0.0, 14.0, 5.0),
+        (7.0, 11.0, -1.0),
+        (-7.0, 11.0, -1.0),
+        (4.0, 14.0, -6.0),
+        (-4.0, 14.0, -6.0),
+        (0.0, 9.0, -9.0),
+    ];
     // Each marker sways slowly by up to this many millimetres.
-    for (sway, is_said) in [(0.15, false), (0.9, true)] {
+    for (sway, is_said, good) in [(0.15, false, 0.5), (0.9, true, 0.6)] {
         let at = |i: usize, f: usize| {
             let (turn, place) = head[f];
             let t = f as f64 / 120.0;
@@ -224,6 +250,7 @@ fn a_soft_head_band_without_a_telling_name_is_used_and_said() {
         assert_eq!(found.report.setup.rigid, labels, "{:?}", found.report.warnings);
         let said = found.report.warnings.iter().any(|w| w.sentence().contains("not quite rigid"));
         assert_eq!(said, is_said, "{:?}", found.report.warnings);
+        assert!(off(&found) < good, "{}", off(&found));
     }
 }
 
@@ -242,15 +269,25 @@ fn a_cap_that_slips_is_named() {
         }
     }
     let found = cleaned(raw.clone(), &Settings::default()).unwrap();
-    let words = "markers \"head0\", \"head1\", \"head2\", \"head3\" are named like those of a cap, but do not travel";
-    assert!(found.report.warnings.iter().any(|w| w.sentence().contains(words)), "{:?}", found.report.warnings);
-    assert!(off(&found) < 0.7, "{}", off(&found));
+    let words =
+        "markers \"head0\", \"head1\", \"head2\", \"head3\" are named like those of a cap, but do not travel";
+    assert!(
+        found.report.warnings.iter().any(|w| w.sentence().contains(words)),
+        "{:?}",
+        found.report.warnings
+    );
+    assert!(off(&found) < 0.4, "{}", off(&found));
     // Those that a person names are believed.
-    let given = Settings { rigid: Some(["head0", "head1", "head2"].map(String::from).into()), ..Settings::default() };
+    let given =
+        Settings { rigid: Some(["head0", "head1", "head2"].map(String::from).into()), ..Settings::default() };
     let found = cleaned(raw, &given).unwrap();
     assert_eq!(found.report.setup.rigid, ["head0", "head1", "head2"]);
     let words = "the given rigid markers do not travel with the face";
-    assert!(found.report.warnings.iter().any(|w| w.sentence().contains(words)), "{:?}", found.report.warnings);
+    assert!(
+        found.report.warnings.iter().any(|w| w.sentence().contains(words)),
+        "{:?}",
+        found.report.warnings
+    );
 }
 
 #[test]
@@ -282,7 +319,11 @@ fn a_marker_that_is_hardly_ever_seen_is_not_used() {
     let never: Vec<_> = found.report.events.iter().filter(|e| e.kind == Kind::NeverSeen).collect();
     assert!(never.len() == 1 && never[0].marker == marker, "{never:?}");
     let words = "1 of the handles' markers are seen in less than a twentieth of the frames";
-    assert!(found.report.warnings.iter().any(|w| w.sentence().contains(words)), "{:?}", found.report.warnings);
+    assert!(
+        found.report.warnings.iter().any(|w| w.sentence().contains(words)),
+        "{:?}",
+        found.report.warnings
+    );
     assert_eq!(found.report.setup.unused, ["mp30"]);
 }
 
@@ -299,7 +340,10 @@ fn what_cannot_be_a_face_is_an_error_that_names_its_markers() {
     }
     let kept = Settings { skip: [rhytid_capture::Step::Slides].into(), ..Settings::default() };
     let Error::Input(error) = cleaned(raw.clone(), &kept).unwrap_err() else { panic!() };
-    assert!(error.sentence().contains("cannot be a face's") && error.sentence().contains("jaw08 is "), "{error}");
+    assert!(
+        error.sentence().contains("cannot be a face's") && error.sentence().contains("jaw08 is "),
+        "{error}"
+    );
     assert!(error.sentence().contains("mp57 is ") && error.sentence().contains("9999"), "{error}");
     assert_eq!(error.remedies(), [Remedy::KeepImplausible]);
     let found = cleaned(raw, &Settings { force: true, ..kept }).unwrap();
