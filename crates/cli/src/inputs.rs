@@ -283,7 +283,9 @@ fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
         return Ok(None);
     }
     let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];
-    let settings = capture::Settings { skip: skip.into_iter().collect(), ..capture::Settings::default() };
+    // Whoever reads the take says more of a wrong space than the clean-up does.
+    let skip = skip.into_iter().collect();
+    let settings = capture::Settings { skip, force: true, ..capture::Settings::default() };
     let clean_up = CleanUp { settings, ..CleanUp::default() };
     Ok(Some(playback::read_raw_take(path, rig, &clean_up, ui)?.0.take))
 }
