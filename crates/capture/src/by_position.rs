@@ -1,10 +1,11 @@
 //! Finds each handle's marker by its position on the face, where the names do not match.
 use crate::handles::{HandleSettings, POOR, place_handles};
-use crate::labels::same_names;
+use crate::labels::{is_unlabelled, same_names};
+use crate::subjects::{self, ambiguous};
 use crate::tracks::median_point;
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, Mesh, RawTake, Result, Rig, Settings};
-use std::collections::BTreeMap;
+use rhytid_core::{Error, Face, Handles, Mesh, RawTake, Result, Rig, Settings, Take};
+use std::collections::{BTreeMap, HashSet};
 
 /// A handle and the marker that probably belongs to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,15 +34,25 @@ const NEIGHBOURS: usize = 6;
 /// Rounds of matching. After each round the neighbours' offsets are taken out.
 const PASSES: usize = 4;
 
+/// A marker is seen in at least this part of the frames, or it is not matched.
+const SELDOM: f64 = 0.05;
+
 /// A match for each handle, in the rig's order. `map` (handle → label) comes first, then equal names, then
-/// positions. A frame of the take is laid over the rest pose as [`place_handles`] does it.
+/// positions. A frame of the take is laid over the rest pose as [`place_handles`] does it. `subject` is as in
+/// [`same_names`].
 ///
 /// # Errors
-/// As [`place_handles`]; [`Error::Input`] if `map` names an unknown handle or label, or if the markers do not
-/// fit the face.
-pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String>) -> Result<Vec<Match>> {
+/// As [`same_names`] and [`place_handles`]; [`Error::Input`] if the markers do not fit the face, or if more
+/// than one subject has enough markers for a face.
+pub fn match_by_position(
+    rig: &Rig,
+    raw: &RawTake,
+    map: &BTreeMap<String, String>,
+    subject: Option<&str>,
+) -> Result<Vec<Match>> {
+    let raw = &usable(&rig.handles().labels, raw, map, subject)?;
     let labels = &raw.tracks.labels;
-    let named = same_names(&rig.handles().labels, labels, map)?;
+    let named = same_names(&rig.handles().labels, labels, map, subject)?;
     let face = face_of(rig);
     let pairs = named
         .iter()
@@ -99,6 +110,53 @@ pub fn match_by_position(rig: &Rig, raw: &RawTake, map: &BTreeMap<String, String
         return Err(misfit());
     }
     Ok(found)
+}
+
+/// The take without the markers that cannot be the face's: those of other subjects, those that are hardly ever
+/// seen, and those without a name where there are names enough.
+fn usable(
+    handles: &[String],
+    raw: &RawTake,
+    map: &BTreeMap<String, String>,
+    subject: Option<&str>,
+) -> Result<RawTake> {
+    let take = &raw.tracks;
+    let (count, enough) = (take.labels.len(), handles.len().div_ceil(2).max(4));
+    let parts = subjects::parted(handles, &take.labels);
+    let mut sizes: BTreeMap<&str, usize> = BTreeMap::new();
+    for part in parts.iter().filter_map(|part| part.subject.as_deref()) {
+        *sizes.entry(part).or_default() += 1;
+    }
+    sizes.retain(|_, size| *size >= enough);
+    let mapped: HashSet<&String> = map.values().collect();
+    if subject.is_none() && mapped.is_empty() && sizes.len() > 1 {
+        return Err(ambiguous(sizes.iter().map(|(subject, size)| (Some(*subject), *size))));
+    }
+    let with_name = take.labels.iter().filter(|label| !is_unlabelled(label)).count();
+    let is_usable = |c: usize| {
+        let label = &take.labels[c];
+        let of_subject = match (subject, &parts[c].subject) {
+            (Some(wanted), Some(found)) => subjects::is_called(found, wanted),
+            _ => true,
+        };
+        let seen = take.positions.iter().skip(c).step_by(count).filter(|p| !p[0].is_nan()).count();
+        let is_seldom = (seen as f64) < SELDOM * take.frames() as f64;
+        let is_nameless = with_name >= enough && is_unlabelled(label);
+        mapped.contains(label) || of_subject && !is_seldom && !is_nameless
+    };
+    let columns: Vec<usize> = (0..count).filter(|&c| is_usable(c)).collect();
+    let mut positions = Vec::with_capacity(columns.len() * take.frames());
+    for frame in take.positions.chunks_exact(count.max(1)) {
+        positions.extend(columns.iter().map(|&c| frame[c]));
+    }
+    let labels = columns.iter().map(|&c| take.labels[c].clone()).collect();
+    let tracks = Take { labels, times: take.times.clone(), positions, ..Take::default() };
+    Ok(RawTake {
+        tracks,
+        metres_per_unit: raw.metres_per_unit,
+        in_head_space: raw.in_head_space,
+        ..RawTake::default()
+    })
 }
 
 fn misfit() -> Error {

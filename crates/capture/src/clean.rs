@@ -1,7 +1,8 @@
 //! The clean-up: all steps in their order.
 use crate::events::{confidence, event, filled_before, runs};
 use crate::gaps::Filled;
-use crate::head::{Head, rigid_markers};
+use crate::head::Head;
+use crate::head_markers::{self, HeadMarkers};
 use crate::labels::{Matched, match_labels};
 use crate::placing::{Place, Stated, offsets};
 use crate::settings::{Settings, Step};
@@ -9,7 +10,7 @@ use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
     Axes, Event, Found, Kind, Pose, Report, edits, gaps, gross_strain, head, low_pass, neutral, outliers,
-    poses, proportions, slides, swaps,
+    plausible, poses, proportions, slides, swaps, unmeasured,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -42,8 +43,9 @@ const LIKE: f64 = 0.6;
 /// Cleans a take for a rig's handles.
 ///
 /// # Errors
-/// [`Error::Input`] if fewer than four handles have a marker, a setting names something unknown, or no frames
-/// are like the neutral face; [`Error::Cancelled`].
+/// [`Error::Input`] if fewer than four handles have a marker, a setting names something unknown, more than one
+/// subject has the handles' labels, no frames are like the neutral face, or the result cannot be a face's;
+/// [`Error::Cancelled`].
 pub fn clean(
     mut raw: RawTake,
     target: &Target,
@@ -59,7 +61,8 @@ pub fn clean(
     step(0)?;
     let RawTake { tracks: mut file, metres_per_unit, in_head_space, warnings, .. } = raw;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
-    let matched = match_labels(&target.labels, &file.labels, &settings.markers)?;
+    let mut matched = match_labels(&target.labels, &file.labels, settings)?;
+    warnings.extend(matched.warning.take().map(Warning::from));
     if file.frames() == 0 {
         return Err(Error::empty("the take has no frames"));
     }
@@ -67,7 +70,10 @@ pub fn clean(
     let mut tracks = Tracks::new(&mut file);
     events.extend(edits::apply(&mut tracks, &settings.edits, &target.labels, &file.labels, &matched)?);
     step(1)?;
-    let (head, rigid) = without_head(&mut tracks, &matched, &file.labels, in_head_space, settings)?;
+    let unmeasured = unmeasured::leave_out(&mut matched, &tracks, &file.labels);
+    warnings.extend(unmeasured.into_iter().map(Warning::from));
+    let (head, rigid) =
+        without_head(&mut tracks, &matched, &file.labels, in_head_space, settings, &mut warnings)?;
     step(2)?;
     let motions = head.as_ref().map(|head| &head.motions[..]);
     let stated = Stated { metres_per_unit, in_head_space };
@@ -91,6 +97,12 @@ pub fn clean(
     events.extend(head.iter().flat_map(of_head));
     events.sort_by_key(|e| (e.kind, e.first, e.marker, e.other));
     warnings.extend(not_to_be_trusted(&events, &target.labels, tracks.rate));
+    let moves_alone = in_head_space || !settings.skip.contains(&Step::Head) && is_aligned(false, settings);
+    match plausible::implausible(&tracks, target, moves_alone) {
+        Some(error) if settings.force => warnings.push(error.to_string().into()),
+        Some(error) => return Err(error),
+        None => {}
+    }
 
     let frames = tracks.frames();
     let report = Report {
@@ -152,8 +164,11 @@ fn found(
     settings: &Settings,
 ) -> Found {
     let names = |columns: &[usize]| columns.iter().map(|&c| labels[c].clone()).collect::<Vec<_>>();
-    let unused: Vec<usize> = matched.others.iter().copied().filter(|c| !rigid.contains(c)).collect();
+    let mut unused: Vec<usize> = [&matched.others[..], &matched.left_out].concat();
+    unused.retain(|c| !rigid.contains(c));
+    unused.sort_unstable();
     Found {
+        subject: matched.subject.clone(),
         markers: matched.columns.iter().map(|c| c.map(|c| labels[c].clone())).collect(),
         rigid: names(rigid),
         unused: names(&unused),
@@ -183,17 +198,20 @@ fn without_head(
     labels: &[String],
     in_head_space: bool,
     settings: &Settings,
+    warnings: &mut Vec<Warning>,
 ) -> Result<(Option<Head>, Vec<usize>)> {
     let face: Vec<usize> = matched.columns.iter().copied().flatten().collect();
     let extent = typical_extent(tracks, &face);
     if extent == 0.0 {
         return Err(Error::empty("the take cannot be cleaned: no marker of a handle is seen in any frame"));
     }
-    let rigid = rigid_markers(tracks, &matched.others, labels, settings, extent)?;
+    let HeadMarkers { rigid, fitted, stiff, warnings: said } =
+        head_markers::find(tracks, &face, &matched.others, labels, settings, extent)?;
     if in_head_space || settings.skip.contains(&Step::Head) {
         return Ok((None, rigid));
     }
-    let mut head = head::stabilise(tracks, &rigid, &face, extent).ok_or_else(|| {
+    warnings.extend(said.into_iter().map(Warning::from));
+    let mut head = head::stabilise(tracks, &fitted, &stiff, &face, extent).ok_or_else(|| {
         Error::no_fit(
             "the head's motion cannot be found: it needs a frame that shows at least three markers that are \
              not on one line",

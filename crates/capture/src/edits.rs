@@ -98,7 +98,7 @@ mod tests {
         let columns = (0..3).map(|j| (0..10).map(|f| DVec3::new(f64::from(j), f64::from(f), 0.0)).collect());
         let mut tracks = Tracks { columns: columns.collect(), rate: 60.0 };
         let names = |names: [&str; 2]| names.map(str::to_owned);
-        let matched = Matched { columns: vec![Some(1), Some(0)], others: vec![2] };
+        let matched = Matched { columns: vec![Some(1), Some(0)], others: vec![2], ..Matched::default() };
         let labels = ["m0", "m1", "cap"].map(str::to_owned);
         let events = apply(&mut tracks, edits, &names(["chin", "brow"]), &labels, &matched)?;
         Ok((tracks, events))

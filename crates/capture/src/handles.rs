@@ -200,7 +200,7 @@ fn middle(face: &Face) -> f64 {
 }
 
 /// Whether a label says that its marker is on a cap or a head band.
-fn says_head(label: &str) -> bool {
+pub(crate) fn says_head(label: &str) -> bool {
     let lower = label.to_lowercase();
     let words = ["head", "cap", "helmet", "band", "hat"];
     !lower.contains("forehead") && words.iter().any(|word| lower.starts_with(word) || lower.ends_with(word))

@@ -1,11 +1,8 @@
 //! Head stabilisation: the head's rigid motion, fitted to the rigid markers, or robustly to all.
 use crate::low_pass::low_pass;
-use crate::settings::Settings;
 use crate::tracks::{Tracks, median_point, seen};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
-use rhytid_core::numbers::median;
-use rhytid_core::{Error, InputErrorKind, Result};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 
@@ -25,84 +22,64 @@ pub(crate) struct Head {
 /// Frames to sample where not all are needed.
 const SAMPLED: usize = 400;
 
+/// Frames in which sets of markers are compared.
+const COMPARED: usize = 200;
+
 /// A rigid marker may be off by this part of the face's extent before it loses its weight.
-const RIGID_TOLERANCE: f64 = 0.005;
+pub(crate) const RIGID_TOLERANCE: f64 = 0.005;
 
-/// The same where the face's own markers stand in for rigid ones.
-const FACE_TOLERANCE: f64 = 0.02;
+/// The same where all of the face's markers stand in for rigid ones.
+pub(crate) const FACE_TOLERANCE: f64 = 0.02;
 
-/// The columns of `candidates` that keep their distances, as a cap's markers do; empty if fewer than three.
-fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> {
-    let frames = sampled(tracks.frames());
-    let keeps = |i: usize, j: usize| {
-        let (a, b) = (&tracks.columns[i], &tracks.columns[j]);
-        let mut distances: Vec<f64> =
-            frames.iter().map(|&f| a[f].distance(b[f])).filter(|d| !d.is_nan()).collect();
-        let middle = median(&mut distances);
-        let mut off: Vec<f64> = distances.iter().map(|d| (d - middle).abs()).collect();
-        // Markers that are hardly ever seen together prove nothing.
-        off.len() >= 2 && median(&mut off) < 0.5 * RIGID_TOLERANCE * extent
-    };
-    // The largest set whose members keep their distances to one marker and to more than half of the set.
-    let sets = candidates.iter().map(|&i| {
-        let with: Vec<usize> = candidates.iter().copied().filter(|&j| j == i || keeps(i, j)).collect();
-        with.iter()
-            .copied()
-            .filter(|&a| with.iter().filter(|&&b| a == b || keeps(a, b)).count() * 2 > with.len())
-            .collect::<Vec<_>>()
-    });
-    let best = sets.fold(Vec::new(), |best, set| if set.len() > best.len() { set } else { best });
-    if best.len() >= 3 { best } else { Vec::new() }
-}
-
-/// The columns of the rigid markers: those that the settings name, else those of `others` that keep their
-/// distances.
-///
-/// # Errors
-/// [`Error::Input`] if the settings name an unknown marker, or only one or two markers.
-pub(crate) fn rigid_markers(
+/// The head's motion from the columns `rigid`. The columns `stiff` of the columns `face` are used if `rigid`
+/// is empty, and in frames in which fewer than three rigid markers are seen. Where too few of these are seen,
+/// all of `face` are used. `extent` is the face's. `None` where no frame has enough markers.
+pub(crate) fn stabilise(
     tracks: &Tracks,
-    others: &[usize],
-    labels: &[String],
-    settings: &Settings,
+    rigid: &[usize],
+    stiff: &[usize],
+    face: &[usize],
     extent: f64,
-) -> Result<Vec<usize>> {
-    let Some(named) = &settings.rigid else { return Ok(find_rigid(tracks, others, extent)) };
-    if named.len() == 1 || named.len() == 2 {
-        return Err(Error::out_of_range(format!(
-            "{} rigid markers are given, expected at least 3, or none to use the whole face",
-            named.len()
-        )));
-    }
-    let column = |label: &String| {
-        let unknown = || {
-            Error::input(format!("the rigid marker “{label}” is not in the file"))
-                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
-        };
-        labels.iter().position(|l| l == label).ok_or_else(unknown)
-    };
-    named.iter().map(column).collect()
-}
-
-/// The head's motion from the columns `rigid`. The columns `face` are used if `rigid` is empty, and in frames
-/// in which fewer than three rigid markers are seen. `extent` is the face's. `None` where no frame has enough
-/// markers.
-pub(crate) fn stabilise(tracks: &Tracks, rigid: &[usize], face: &[usize], extent: f64) -> Option<Head> {
-    let from_face = || fitted(tracks, face, FACE_TOLERANCE * extent);
+) -> Option<Head> {
+    let from_face = || from_face(tracks, stiff, face, extent);
     let first =
         if rigid.is_empty() { from_face()? } else { fitted(tracks, rigid, RIGID_TOLERANCE * extent)? };
     let unseen: Vec<usize> = (0..first.len()).filter(|&f| first[f].is_none()).collect();
     let second = if unseen.is_empty() || rigid.is_empty() { None } else { from_face() };
     let residuals = first.iter().map(|fit| fit.map_or(0.0, |(_, rms)| rms)).collect();
-    let motions = first.into_iter().map(|fit| Some(fit?.0)).collect();
-    let second = second.map(|fits| fits.into_iter().map(|fit| Some(fit?.0)).collect::<Vec<_>>());
-    Some(Head { motions: complete(motions, second.as_deref()), residuals, unseen })
+    let second = second.map(|fits| motions(&fits));
+    Some(Head { motions: complete(&motions(&first), second.as_deref()), residuals, unseen })
 }
 
-type Fit = Option<(Similarity, f64)>;
+/// The motion of the stiff columns. Where too few of these are seen, that of the whole face.
+fn from_face(tracks: &Tracks, stiff: &[usize], face: &[usize], extent: f64) -> Option<Vec<Fit>> {
+    let all = || fitted(tracks, face, FACE_TOLERANCE * extent);
+    if stiff.len() == face.len() {
+        return all();
+    }
+    let Some(mut fits) = fitted(tracks, stiff, RIGID_TOLERANCE * extent) else { return all() };
+    if fits.iter().any(Option::is_none)
+        && let Some(all) = all()
+    {
+        let whole = complete(&motions(&fits), Some(&motions(&all)));
+        for ((fit, motion), all) in fits.iter_mut().zip(whole).zip(&all) {
+            if let (None, Some((_, rms))) = (&fit, all) {
+                *fit = Some((motion, *rms));
+            }
+        }
+    }
+    Some(fits)
+}
+
+fn motions(fits: &[Fit]) -> Vec<Option<Similarity>> {
+    fits.iter().map(|fit| Some((*fit)?.0)).collect()
+}
+
+/// A motion, and the RMS residual of its fit; `None` where too few markers are seen.
+pub(crate) type Fit = Option<(Similarity, f64)>;
 
 /// The motion of the columns in each frame, with its RMS residual.
-fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Option<Vec<Fit>> {
+pub(crate) fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Option<Vec<Fit>> {
     let frame = |f: usize| -> Vec<DVec3> { columns.iter().map(|&c| tracks.columns[c][f]).collect() };
     let frames = sampled(tracks.frames());
     let seen_in = |f: usize| columns.iter().filter(|&&c| seen(tracks.columns[c][f])).count();
@@ -131,15 +108,27 @@ fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Option<Vec<Fit>
     Some(fits.map(|f| fit_robustly(&reference, &frame(f), false, tolerance)).collect())
 }
 
+/// So many frames of all columns that sets of markers can be compared.
+pub(crate) fn thinned(tracks: &Tracks) -> Tracks {
+    let frames = spread(tracks.frames(), COMPARED);
+    let of_column = |column: &Vec<DVec3>| frames.iter().map(|&f| column[f]).collect();
+    Tracks { columns: tracks.columns.iter().map(of_column).collect(), rate: tracks.rate }
+}
+
 fn sampled(frames: usize) -> Vec<usize> {
-    let count = frames.min(SAMPLED);
+    spread(frames, SAMPLED)
+}
+
+/// At most `most` of the frames, evenly spread.
+fn spread(frames: usize, most: usize) -> Vec<usize> {
+    let count = frames.min(most);
     (0..count).map(|i| i * frames / count.max(1)).collect()
 }
 
 /// Motions without gaps. A gap takes the motions of `other`, moved so that they meet the neighbours at both
 /// ends. Without `other`, a gap is interpolated between its neighbours. Before the first known motion and
 /// after the last one, their value is held.
-fn complete(motions: Vec<Option<Similarity>>, other: Option<&[Option<Similarity>]>) -> Vec<Similarity> {
+fn complete(motions: &[Option<Similarity>], other: Option<&[Option<Similarity>]>) -> Vec<Similarity> {
     let known: Vec<usize> = (0..motions.len()).filter(|&f| motions[f].is_some()).collect();
     let at = |f: usize| motions[f].unwrap_or(Similarity::IDENTITY);
     let stand_in = |f: usize| other.and_then(|other| other[f]);
@@ -216,6 +205,8 @@ mod tests {
         DVec3::new(0.0, 165.0, -40.0),
     ];
 
+    const FACE: [usize; 6] = [4, 5, 6, 7, 8, 9];
+
     fn motion(f: usize) -> Similarity {
         let t = f as f64 / 100.0;
         Similarity {
@@ -254,17 +245,11 @@ mod tests {
     }
 
     #[test]
-    fn rigid_markers_are_told_from_the_face() {
-        assert_eq!(find_rigid(&tracks(300), &[4, 0, 1, 2, 3], 150.0), [0, 1, 2, 3]);
-        assert!(find_rigid(&tracks(300), &[4, 0], 150.0).is_empty());
-    }
-
-    #[test]
     fn the_motion_is_found_despite_ghosts_and_gaps() {
         let mut tracks = tracks(600);
         tracks.columns[1][50] += DVec3::splat(40.0);
         (100..200).for_each(|f| tracks.columns[0][f] = DVec3::NAN);
-        let head = stabilise(&tracks, &[0, 1, 2, 3], &[4, 5, 6, 7, 8, 9], 150.0).unwrap();
+        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
         assert!(error(&head) < 1e-6 && head.unseen.is_empty(), "{}", error(&head));
         assert!(head.residuals.iter().all(|r| *r < 1e-6));
     }
@@ -273,7 +258,7 @@ mod tests {
     fn the_face_stands_in_where_the_cap_is_lost() {
         let mut tracks = tracks(600);
         (0..3).for_each(|c| tracks.columns[c][250..400].fill(DVec3::NAN));
-        let head = stabilise(&tracks, &[0, 1, 2, 3], &[4, 5, 6, 7, 8, 9], 150.0).unwrap();
+        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
         assert_eq!(head.unseen, (250..400).collect::<Vec<_>>());
         // Five of the face's six markers keep still. A line between the ends would be off by more than 10.
         assert!(error(&head) < 2.5, "{}", error(&head));
@@ -288,7 +273,7 @@ mod tests {
         let mut tracks = tracks(100);
         tracks.columns.iter_mut().for_each(|column| column[40..60].fill(DVec3::NAN));
         tracks.columns.iter_mut().for_each(|column| column[90..].fill(DVec3::NAN));
-        let head = stabilise(&tracks, &[0, 1, 2, 3], &[4, 5, 6, 7, 8, 9], 150.0).unwrap();
+        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
         let (a, b) = (head.motions[39].translation, head.motions[60].translation);
         assert!(head.motions[50].translation.distance(a.lerp(b, 11.0 / 21.0)) < 1e-9);
         assert_eq!(head.motions[99], head.motions[89]);
@@ -296,7 +281,7 @@ mod tests {
 
     #[test]
     fn smoothing_takes_noise_and_leaves_motion() {
-        let exact = stabilise(&tracks(600), &[0, 1, 2, 3], &[4, 5, 6, 7, 8, 9], 150.0).unwrap();
+        let exact = stabilise(&tracks(600), &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
         let mut noisy = tracks(600);
         let mut state = 1_u64;
         let mut noise = || {
@@ -306,7 +291,7 @@ mod tests {
         for p in noisy.columns.iter_mut().flatten() {
             *p += DVec3::new(noise(), noise(), noise()) * 0.3;
         }
-        let mut head = stabilise(&noisy, &[0, 1, 2, 3], &[4, 5, 6, 7, 8, 9], 150.0).unwrap();
+        let mut head = stabilise(&noisy, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
         let rough = error(&head);
         smooth(&mut head.motions, DVec3::ZERO, 8.0, 100.0);
         assert!(error(&head) < 0.7 * rough, "{} {rough}", error(&head));

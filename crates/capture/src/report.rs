@@ -40,8 +40,10 @@ pub struct Found {
     /// The label in the file of each handle's marker, in the order of the handles; `None` where there is
     /// none.
     pub markers: Vec<Option<String>>,
+    /// The subject whose markers are used; `None` where the file has but one.
+    pub subject: Option<String>,
     /// The labels in the file of the rigid markers that the head's motion was fitted to; empty where it was
-    /// fitted to all.
+    /// fitted to the face's own.
     pub rigid: Vec<String>,
     /// Labels in the file that are not used.
     pub unused: Vec<String>,

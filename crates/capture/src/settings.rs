@@ -9,7 +9,11 @@ use std::ops::Range;
 pub struct Settings {
     /// Handles whose markers have another label in the file: handle → label.
     pub markers: BTreeMap<String, String>,
-    /// The labels in the file of the rigid markers. `None`: markers of no handle that keep their distances.
+    /// The subject whose markers are the face's, such as `Anna` for labels like `Anna:jaw00`. `None`: the only
+    /// one whose labels are the handles'.
+    pub subject: Option<String>,
+    /// The labels in the file of the rigid markers. `None`: markers of no handle that keep their distances and
+    /// travel with the face.
     pub rigid: Option<Vec<String>>,
     /// Metres in one unit of the file; `None`: what the file says, or the unit that fits the rig's size.
     pub metres_per_unit: Option<f64>,
@@ -32,12 +36,15 @@ pub struct Settings {
     pub edits: Vec<Edit>,
     /// Frames per second to resample to; `None`: the take's own.
     pub fps: Option<f64>,
+    /// Whether a result that no face can have is kept, with a warning in place of the error.
+    pub force: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
         Self {
             markers: BTreeMap::new(),
+            subject: None,
             rigid: None,
             metres_per_unit: None,
             axes: None,
@@ -49,6 +56,7 @@ impl Default for Settings {
             poses: BTreeMap::new(),
             edits: Vec::new(),
             fps: None,
+            force: false,
         }
     }
 }

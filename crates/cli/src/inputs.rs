@@ -145,7 +145,7 @@ fn warn_noise(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
 fn take_as_it_is(
     path: &Path,
     rig: &Rig,
-    TakeReading { missing, setup, soft_markers: _, elsewhere, space }: &TakeReading,
+    TakeReading { missing, setup, soft_markers: _, force, elsewhere, space }: &TakeReading,
     ui: &Ui,
 ) -> Result<Take> {
     let is_clean = raw_take::is_take_csv(path);
@@ -161,7 +161,8 @@ fn take_as_it_is(
     if !is_clean && (is_known || space.take_rate.is_some()) {
         return refused("is a raw take, which is cleaned: say its unit, axes and rate in --setup TAKE.toml");
     }
-    let clean_up = known.clean_up()?;
+    let mut clean_up = known.clean_up()?;
+    clean_up.settings.force |= force;
     let mut take = match playback::read_take(path, rig, (*missing).into(), &clean_up, ui) {
         // A pipe cannot be read again.
         Err(error) if is_clean && path.is_file() => filled(path, rig, ui)?.ok_or(error)?,
@@ -282,7 +283,9 @@ fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
         return Ok(None);
     }
     let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];
-    let settings = capture::Settings { skip: skip.into_iter().collect(), ..capture::Settings::default() };
+    // Whoever reads the take says more of a wrong space than the clean-up does.
+    let skip = skip.into_iter().collect();
+    let settings = capture::Settings { skip, force: true, ..capture::Settings::default() };
     let clean_up = CleanUp { settings, ..CleanUp::default() };
     Ok(Some(playback::read_raw_take(path, rig, &clean_up, ui)?.0.take))
 }

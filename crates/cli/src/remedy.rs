@@ -46,6 +46,8 @@ fn words(remedy: Remedy) -> Option<&'static str> {
         Remedy::ListDevices => "`rhytid devices`",
         Remedy::KeepSlides => "--skip slides",
         Remedy::DropStretch => "--drop",
+        Remedy::ChooseSubject => "--subject NAME, or `subject` in the setup",
+        Remedy::KeepImplausible => "--force",
         Remedy::MarkerTable => {
             "`rhytid prepare --write-markers TABLE.csv`, which writes the table, and --markers TABLE.csv, \
              which reads it"

@@ -44,6 +44,10 @@ listed! {
         KeepSlides,
         /// Drop a stretch of a marker by hand.
         DropStretch,
+        /// Say which subject of a take is meant.
+        ChooseSubject,
+        /// Keep the result of a clean-up that no face can have.
+        KeepImplausible,
         /// Correct the table that maps markers to handles.
         MarkerTable,
         /// Write a frame as a mesh to be sculpted.

@@ -64,15 +64,16 @@ pub fn read_raw_take(
         raw.metres_per_unit = raw.metres_per_unit.or(Some(rig.surface().metres_per_unit));
     }
     let mut settings = clean_up.settings.clone();
+    let (handles, subject) = (&rig.handles().labels, settings.subject.as_deref());
     let named =
-        capture::same_names(&rig.handles().labels, &raw.tracks.labels, &settings.markers).map_err(in_file)?;
+        capture::same_names(handles, &raw.tracks.labels, &settings.markers, subject).map_err(in_file)?;
     let named = named.iter().flatten().count();
     let mut matches = Vec::new();
-    if 2 * named < rig.handles().labels.len() && raw.tracks.frames() > 0 {
-        matches = match match_by_position(rig, &raw, &settings.markers) {
+    if 2 * named < handles.len() && raw.tracks.frames() > 0 {
+        matches = match match_by_position(rig, &raw, &settings.markers, subject) {
             // Without a match, the clean-up's error names the markers that there are.
-            Err(Error::Input(_)) => Vec::new(),
-            matches => matches?,
+            Err(Error::Input(error)) if !error.remedies().contains(&Remedy::ChooseSubject) => Vec::new(),
+            matches => matches.map_err(in_file)?,
         };
         let found = matches.iter().filter_map(|m| Some((m.handle.clone(), m.marker.clone()?)));
         settings.markers.extend(found);

@@ -36,6 +36,7 @@ pub(crate) fn report(frames: usize, events: Vec<Event>) -> Report {
         start: 0.0,
         setup: Found {
             markers: labels.iter().enumerate().map(|(i, l)| (i != 7).then(|| format!("Actor:{l}"))).collect(),
+            subject: None,
             rigid: ["cap_1", "cap_2", "cap_3", "cap_4"].map(String::from).to_vec(),
             unused: vec!["*12".to_owned(), "<script>alert(1)</script>".to_owned()],
             metres_per_unit: 0.001,

@@ -203,7 +203,7 @@ fn markers_of_other_names_are_matched_by_where_they_are() {
             other.tracks.positions = positions.flat_map(|frame| columns.iter().map(|&m| frame[m])).collect();
             let label = |m: usize| if m < kept { names[m].clone() } else { format!("M{m:03}") };
             other.tracks.labels = columns.iter().map(|&m| label(m)).collect();
-            let found = match_by_position(&rig, &other, &BTreeMap::new()).unwrap();
+            let found = match_by_position(&rig, &other, &BTreeMap::new(), None).unwrap();
             let there: Vec<&str> = columns
                 .iter()
                 .map(|&m| &names[m][..])

@@ -132,10 +132,6 @@ pub(crate) struct Animate {
     #[arg(long, help_heading = GLTF)]
     pub meshopt: bool,
 
-    /// Allow more than 256 morph targets or 1 GiB.
-    #[arg(long, help_heading = GLTF)]
-    pub force: bool,
-
     /// The device to evaluate on, as `rhytid devices` names it.
     ///
     /// auto takes the fastest that conforms, software drivers last.

@@ -132,6 +132,10 @@ pub(crate) struct TakeReading {
     #[arg(long, help_heading = INPUT)]
     pub soft_markers: bool,
 
+    /// Go on in spite of an error that names this option.
+    #[arg(long, help_heading = INPUT)]
+    pub force: bool,
+
     #[command(flatten)]
     pub elsewhere: Elsewhere,
 

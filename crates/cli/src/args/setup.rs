@@ -35,7 +35,13 @@ pub(crate) struct Setup {
     #[arg(long, value_name = "TABLE.csv")]
     pub markers: Option<PathBuf>,
 
-    /// The rigid markers, on a cap for example [default: markers of no handle that keep their distances].
+    /// The subject whose markers are the face's, such as Anna for labels like Anna:jaw00 [default: the only
+    /// one whose labels are the handles'].
+    #[arg(long, value_name = "NAME")]
+    pub subject: Option<String>,
+
+    /// The rigid markers, on a cap for example [default: markers of no handle that keep their distances and
+    /// travel with the face].
     #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
     pub rigid: Option<Vec<String>>,
 
@@ -103,6 +109,10 @@ pub(crate) struct Setup {
     #[arg(long, value_name = "LABEL:FROM..TO")]
     #[serde(deserialize_with = "texts")]
     pub hold: Vec<Stretch<1>>,
+
+    /// Keep a result that no face can have, with a warning in place of the error.
+    #[arg(long)]
+    pub force: bool,
 }
 
 impl Setup {
@@ -155,6 +165,7 @@ impl Setup {
             rate: self.rate.or(other.rate),
             map: self.map,
             markers: self.markers.or(other.markers),
+            subject: self.subject.or(other.subject),
             rigid: self.rigid.or(other.rigid),
             unit: self.unit.or(other.unit),
             axes: self.axes.or(other.axes),
@@ -168,6 +179,7 @@ impl Setup {
             swap: self.swap,
             drop: self.drop,
             hold: self.hold,
+            force: self.force || other.force,
         }
     }
 
@@ -216,6 +228,7 @@ impl Setup {
         let edits = swaps.chain(drops).chain(holds).collect();
         let settings = Settings {
             markers,
+            subject: self.subject.clone(),
             rigid: self.rigid.clone(),
             metres_per_unit: self.unit.map(UnitChoice::metres),
             axes: self.axes,
@@ -227,6 +240,7 @@ impl Setup {
             poses: self.poses.iter().cloned().collect(),
             edits,
             fps: None,
+            force: self.force,
         };
         Ok(CleanUp { rate: self.rate, world: false, settings })
     }
@@ -299,14 +313,16 @@ mod tests {
 
     #[test]
     fn a_file_says_what_flags_say() {
-        let flags = "x --rate 120 --map chin=M12 --map brow=M7 --rigid cap0,cap1,cap2 --unit cm --axes +x+z-y --neutral 3..60 \
+        let flags = "x --rate 120 --map chin=M12 --map brow=M7 --subject Anna --rigid cap0,cap1,cap2 --unit cm --axes +x+z-y --neutral 3..60 \
                      --skip swaps,head-low-pass --max-gap 1.5 --low-pass 12 --head-low-pass 6 --swap a,b:900..940 \
-                     --drop A:chin:120.. --hold brow:0..9 --pose smile=512";
+                     --drop A:chin:120.. --hold brow:0..9 --pose smile=512 --force";
         let mut flags = Flags::parse_from(flags.split_whitespace()).setup;
         flags.map.sort();
         let file = read(
             r#"
             rate = 120
+            subject = "Anna"
+            force = true
             rigid = ["cap0", "cap1", "cap2"]
             unit = "cm"
             axes = "+x+z-y"

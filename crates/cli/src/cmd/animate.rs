@@ -10,7 +10,7 @@ use rhytid::core::{AtomicFile, ChannelKind, DeviceInfo, Mesh, rig_file};
 use rhytid::evaluate::{Regions, StrainCurves, coverage};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, HeadMotion, Recipe, WrinkleGroups, Written};
-use rhytid::formats::{FileKind, mesh, refuse_inputs};
+use rhytid::formats::{FileKind, mesh, raw_take, refuse_inputs};
 use rhytid::playback::{Correction, Layers, Performance, Selection, check_export};
 use rhytid::{Error, Result, Rig, Take};
 use serde::Serialize;
@@ -246,7 +246,7 @@ fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options
         max_error: args.compressed.then_some(args.max_error * 1e-3 / metres_per_unit),
         quantize: args.quantize,
         meshopt: args.meshopt,
-        force: args.force,
+        force: args.reading.force,
         shapes: args.shapes,
     }
 }
@@ -380,11 +380,13 @@ fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
 /// An option that the stage or the format would ignore is a mistake.
 fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     args.fine_detail.check()?;
+    // A raw take may need it for its clean-up, whatever the format.
+    let is_raw = args.take.as_deref().is_some_and(|take| !raw_take::is_take_csv(take));
     let for_gltf = [
         (args.compressed, "--compressed"),
         (args.quantize, "--quantize"),
         (args.meshopt, "--meshopt"),
-        (args.force, "--force"),
+        (args.reading.force && !is_raw, "--force"),
     ];
     let kinds = args.channels.0.kinds().filter(|kind| !kind.is_default() && !format.carries(*kind));
     if let Some(kind) = kinds.into_iter().next() {

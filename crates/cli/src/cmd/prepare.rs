@@ -102,9 +102,13 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     let count = |kind: Kind| report.events.iter().filter(|event| event.kind == kind).count();
     let with_marker = found.markers.iter().flatten().count();
     let mut rows = vec![row("handles", format!("{with_marker} of {} have a marker", report.labels.len()))];
+    rows.extend(found.subject.iter().map(|subject| row("subject", subject.clone())));
     if !found.in_head_space {
-        let rigid =
-            if found.rigid.is_empty() { "all markers".into() } else { output::names(&found.rigid, ui) };
+        let rigid = if found.rigid.is_empty() {
+            "the face’s markers".into()
+        } else {
+            output::names(&found.rigid, ui)
+        };
         let metres = human::unit(found.metres_per_unit);
         rows.extend([
             row("unit", format!("{metres}{}", guessed(found.unit_is_guessed))),

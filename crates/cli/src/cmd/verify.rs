@@ -40,6 +40,8 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     }
     let reading = TakeReading {
         setup: args.setup.clone(),
+        // Whether to go on was decided when the file was made.
+        force: true,
         elsewhere: args.elsewhere,
         space: args.space.clone(),
         ..TakeReading::default()

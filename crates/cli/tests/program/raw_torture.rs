@@ -112,6 +112,34 @@ fn a_prefix_and_another_case_are_no_other_label() {
 }
 
 #[test]
+fn a_subject_is_chosen_by_its_name() {
+    let mut raw = Raw::new();
+    raw.labels.iter_mut().for_each(|label| label.insert_str(0, "Anna:"));
+    raw.write(&|_, _, p| Some(p));
+    assert_sound(&raw.prepared(&format!("{NEUTRAL} --subject anna")).0, |_, _| false);
+    let output = raw.prepare("--subject Ben");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    assert!(said.contains("no subject of the take is called \"Ben\"; it has \"Anna\""), "{said}");
+}
+
+#[test]
+fn a_torn_face_is_an_error_unless_it_is_forced() {
+    let raw = Raw::new();
+    let torn = |j: usize, f: usize| j == CHIN && (30..150).contains(&f);
+    raw.write(&|j, f, p| Some(if torn(j, f) { [9999.0; 3] } else { p }));
+    let options = format!("{NEUTRAL} --skip slides,outliers");
+    let output = raw.prepare(&options);
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    let named = format!("cannot be a face's: {} is ", truth().labels[CHIN]);
+    assert!(said.contains(&named) && said.contains("(see --force)"), "{said}");
+    assert!(!raw.path("clean.csv").exists());
+    let (_, said, _) = raw.prepared(&format!("{options} --force"));
+    assert!(said.contains("warning: ") && said.contains(&named), "{said}");
+}
+
+#[test]
 fn without_a_unit_the_one_that_fits_is_taken() {
     for (units, factor, words) in
         [("", 1.0, "assumed to be mm"), ("furlong", 0.1, "assumed to be cm"), ("m", 1.0, "assumed to be mm")]
