@@ -163,6 +163,7 @@ fn found(
         axes_are_guessed: settings.axes.is_none() && is_aligned(place.in_head_space, settings),
         neutral: place.neutral.clone(),
         neutral_is_found: settings.neutral.is_none(),
+        neutral_rival: place.rival.clone(),
         scale: place.scale(),
         in_head_space: place.in_head_space,
         offsets_mm: displaced.offsets_mm,

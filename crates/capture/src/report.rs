@@ -1,5 +1,5 @@
 //! The report of a clean-up, as data.
-use crate::Pose;
+use crate::{Pose, Rival};
 use rhytid_core::Warning;
 use serde::Serialize;
 use std::ops::Range;
@@ -57,6 +57,8 @@ pub struct Found {
     pub neutral: Range<usize>,
     /// Whether they were found rather than given.
     pub neutral_is_found: bool,
+    /// Other frames that may be the neutral ones; `None` where the choice is sure, or was given.
+    pub neutral_rival: Option<Rival>,
     /// How large the actor is compared with the rig.
     pub scale: f64,
     /// Whether the take was in head space and mesh units already. Then it was neither stabilised nor aligned.

@@ -46,6 +46,7 @@ fn words(remedy: Remedy) -> Option<&'static str> {
         Remedy::ListDevices => "`rhytid devices`",
         Remedy::KeepSlides => "--skip slides",
         Remedy::DropStretch => "--drop",
+        Remedy::GiveNeutral => "--neutral A..B",
         Remedy::MarkerTable => {
             "`rhytid prepare --write-markers TABLE.csv`, which writes the table, and --markers TABLE.csv, \
              which reads it"

@@ -46,6 +46,8 @@ listed! {
         DropStretch,
         /// Correct the table that maps markers to handles.
         MarkerTable,
+        /// Say which frames are neutral.
+        GiveNeutral,
         /// Write a frame as a mesh to be sculpted.
         WriteFrame,
     }
