@@ -42,6 +42,7 @@ mod poses;
 mod proportions;
 mod report;
 mod settings;
+mod shuffles;
 mod slides;
 mod soft;
 mod space;

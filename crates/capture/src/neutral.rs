@@ -1,7 +1,7 @@
 //! Finds the neutral frames: half a second that is still and near the rest pose.
 //!
 //! Actors begin and end a take with the neutral face. So the best half seconds at the start, at the end and
-//! elsewhere are compared. The distance to the rest pose alone does not decide between them: the actor's face
+//! in each part of the take are compared. The distance to the rest pose alone does not decide between them: the actor's face
 //! differs from the rig's by more than a slight expression does. Expressions have a direction. A pose that is
 //! another pose and a blink is not neutral, but the other one may be.
 use crate::Target;
@@ -50,6 +50,9 @@ const HEAD_START: [f64; 2] = [0.15, 0.10];
 
 /// How much the direction of the expressions counts, beside the logarithm of the ratio of the costs.
 const DIRECTION: f64 = 0.5;
+
+/// The take's middle is looked at in so many parts.
+const PARTS: usize = 12;
 
 /// A choice with a smaller margin is not sure.
 const SURE: f64 = 0.15;
@@ -105,11 +108,15 @@ pub(crate) fn find(tracks: &Tracks, columns: &[Option<usize>], target: &Target) 
     };
     let is_start = |start: usize| start <= length;
     let is_end = |start: usize| start + length >= last;
-    let candidates = [
+    let mut candidates = vec![
         (best(&is_start), HEAD_START[0]),
         (best(&|start| is_end(start) && !is_start(start)), HEAD_START[1]),
-        (best(&|start| !is_end(start) && !is_start(start)), 0.0),
     ];
+    for part in 0..PARTS {
+        let is_there =
+            |start: usize| !is_start(start) && !is_end(start) && start * PARTS / tracks.frames() == part;
+        candidates.push((best(&is_there), 0.0));
+    }
     let candidates: Vec<(Window, f64)> =
         candidates.into_iter().filter_map(|(window, ahead)| Some((window?, ahead))).collect();
     let extent = extent(target.rest.iter().copied());
@@ -247,7 +254,10 @@ mod tests {
             _ => (f as f64 - 300.0) * 0.02,
         };
         let found = found(false, amount);
-        assert!(found.frames.len() == 50 && found.frames.start >= 160 && found.frames.end <= 230, "{found:?}");
+        assert!(
+            found.frames.len() == 50 && found.frames.start >= 160 && found.frames.end <= 230,
+            "{found:?}"
+        );
         assert!(found.rival.is_none() && !found.is_doubtful, "{found:?}");
     }
 

@@ -1,8 +1,8 @@
 //! The actor's place: the neutral frames, the unit, the axes, the size, and the markers' distances from their
 //! handles.
+use crate::neutral::{Neutral, Rival};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
-use crate::neutral::{Neutral, Rival};
 use crate::{Axes, Target, neutral};
 use glam::{DMat3, DVec3};
 use rhytid_core::{Error, Remedy, Result, Warning};
@@ -108,7 +108,16 @@ impl Place {
         let on_rig =
             |(p, r): (&DVec3, &DVec3)| if seen(*p) && !stated.in_head_space { to_rig.apply(*p) } else { *r };
         let markers = pose.iter().zip(&target.rest).map(on_rig).collect();
-        Ok(Self { neutral, rival, to_rig, to_world, unit, axes, markers, in_head_space: stated.in_head_space })
+        Ok(Self {
+            neutral,
+            rival,
+            to_rig,
+            to_world,
+            unit,
+            axes,
+            markers,
+            in_head_space: stated.in_head_space,
+        })
     }
 
     /// How large the actor is compared with the rig.

@@ -101,6 +101,9 @@ pub struct Event {
 pub enum Kind {
     /// Two markers had each other's label; undone.
     Swap,
+    /// A label that changed places with others again and again; put right where that is clear, and dropped and
+    /// filled as a gap elsewhere.
+    Shuffled,
     /// A position where no marker can have been; dropped, then filled as a gap.
     Outlier,
     /// Positions that were dropped by hand, then filled as a gap.
@@ -142,6 +145,7 @@ impl Kind {
             Self::NeverSeen => "never seen",
             Self::Left => "left",
             Self::Swap => "swap",
+            Self::Shuffled => "shuffled",
             Self::Slide => "slide",
             Self::Dropped => "dropped",
             Self::Held => "held",

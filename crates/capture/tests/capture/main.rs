@@ -2,7 +2,9 @@
 
 mod coverage;
 mod handles;
+mod neutral;
 mod real_take;
 mod repairs;
+mod shuffles;
 mod spread;
 mod steps;
