@@ -10,7 +10,7 @@ use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
     Axes, Event, Found, Kind, Pose, Report, edits, gaps, gross_strain, head, low_pass, neutral, outliers,
-    plausible, poses, proportions, slides, swaps, unmeasured,
+    plausible, poses, proportions, shuffles, slides, swaps, unmeasured,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -32,10 +32,15 @@ pub struct Cleaned {
 const SPLINE_CONFIDENCE: f32 = 0.8;
 /// Confidence of positions that the low-rank model filled.
 const MODEL_CONFIDENCE: f32 = 0.5;
+/// Confidence of positions that had another marker's label again and again.
+const SHUFFLED_CONFIDENCE: f32 = 0.8;
 /// Above this RMS noise, in millimetres, markers are filtered unless told otherwise.
 const NOISY: f64 = 0.05;
 /// Default cut-off of the markers' filter, in Hz.
 const LOW_PASS: f64 = 12.0;
+
+/// Steps that a warning names.
+const NAMED_STEPS: usize = 3;
 
 /// A pose that is less like its example is worth a look.
 const LIKE: f64 = 0.6;
@@ -178,6 +183,7 @@ fn found(
         axes_are_guessed: settings.axes.is_none() && is_aligned(place.in_head_space, settings),
         neutral: place.neutral.clone(),
         neutral_is_found: settings.neutral.is_none(),
+        neutral_rival: place.rival.clone(),
         scale: place.scale(),
         in_head_space: place.in_head_space,
         offsets_mm: displaced.offsets_mm,
@@ -240,11 +246,17 @@ fn on_the_rig(mut tracks: Tracks, columns: &[Option<usize>], to_rig: &Similarity
     Tracks { columns, rate: tracks.rate }
 }
 
-/// Undoes swaps, drops outliers and cuts out slides.
+/// Undoes shuffles and swaps, drops outliers and cuts out slides.
 fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settings) -> Vec<Event> {
     let extent = extent(target.rest.iter().copied());
     let mut events = Vec::new();
     if !settings.skip.contains(&Step::Swaps) {
+        let noise = noise(tracks);
+        let found = shuffles::settle(tracks, extent, noise);
+        events.extend(found.into_iter().map(|shuffle| {
+            let confidence = if shuffle.is_dropped { MODEL_CONFIDENCE } else { SHUFFLED_CONFIDENCE };
+            event(Kind::Shuffled, shuffle.marker, shuffle.frames, confidence)
+        }));
         let found = swaps::undo(tracks, place.neutral_frame(), &place.markers, extent);
         events.extend(found.iter().map(|swap| Event {
             other: Some(swap.pair[1]),
@@ -417,6 +429,46 @@ fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warn
             seconds(first.first)
         ));
         sentences.push(warning.with_remedies(&[Remedy::KeepSlides, Remedy::DropStretch]));
+    }
+    if let Some(longest) = of(Kind::Shuffled).max_by_key(|e| (e.frames, Reverse(e.first))) {
+        let is_in = |e: &&Event| e.first == longest.first && e.frames == longest.frames;
+        let mut names: Vec<&str> =
+            of(Kind::Shuffled).filter(is_in).filter_map(|e| Some(&labels[e.marker?][..])).collect();
+        names.dedup();
+        let warning = Warning::from(format!(
+            "labels change places again and again: in the longest stretch those of {} in frames {}..{} ({:.2} \
+             s); they were put right where that is clear, and dropped and filled elsewhere, with a low \
+             confidence; look at these frames, and drop by hand what is still wrong",
+            names.join(", "),
+            longest.first,
+            longest.first + longest.frames,
+            seconds(longest.first)
+        ));
+        sentences.push(warning.with_remedies(&[Remedy::DropStretch]));
+    }
+    let mut steps: Vec<&Event> = of(Kind::Step).collect();
+    if !steps.is_empty() {
+        let count = steps.len();
+        steps.sort_by(|a, b| b.distance_mm.partial_cmp(&a.distance_mm).unwrap_or(Ordering::Equal));
+        steps.truncate(NAMED_STEPS);
+        let of_step = |e: &&Event| {
+            let name = e.marker.map_or("", |j| &labels[j][..]);
+            format!(
+                "{name} by {:.0} mm in frame {} ({:.2} s)",
+                e.distance_mm.unwrap_or(0.0),
+                e.first,
+                seconds(e.first)
+            )
+        };
+        let named: Vec<String> = steps.iter().map(of_step).collect();
+        let warning = Warning::from(format!(
+            "markers move against their neighbours as no skin does, {}: {}{}; look for labels that are swapped \
+             there, and exchange them or drop the stretch by hand",
+            human::counted(count, "time"),
+            named.join(", "),
+            if count > NAMED_STEPS { " …" } else { "" }
+        ));
+        sentences.push(warning.with_remedies(&[Remedy::DropStretch]));
     }
     if let Some(worst) =
         of(Kind::Strain).max_by(|a, b| a.strain.partial_cmp(&b.strain).unwrap_or(Ordering::Equal))

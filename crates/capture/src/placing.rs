@@ -1,10 +1,11 @@
 //! The actor's place: the neutral frames, the unit, the axes, the size, and the markers' distances from their
 //! handles.
+use crate::neutral::{Neutral, Rival};
 use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Result, Warning};
+use rhytid_core::{Error, Remedy, Result, Warning};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 use std::ops::Range;
@@ -38,6 +39,8 @@ impl Unit {
 pub(crate) struct Place {
     /// The neutral frames.
     pub neutral: Range<usize>,
+    /// Frames that may be neutral instead of them.
+    pub rival: Option<Rival>,
     /// From the file's space to the rig's.
     pub to_rig: Similarity,
     /// The file's unit and axes to the mesh's.
@@ -73,7 +76,8 @@ impl Place {
         settings: &Settings,
         warnings: &mut Vec<Warning>,
     ) -> Result<Self> {
-        let neutral = neutral_frames(tracks, columns, target, settings)?;
+        let Neutral { frames: neutral, rival, is_doubtful } =
+            neutral_frames(tracks, columns, target, settings)?;
         let pose = neutral::pose(tracks, columns, &neutral);
         let mesh = target.metres_per_unit;
         let (to_rig, to_world, unit, axes);
@@ -87,6 +91,7 @@ impl Place {
             to_world = world(unit.metres / mesh, axes);
             to_rig = to_world;
         } else {
+            warnings.extend(unsure(&neutral, rival.as_ref(), is_doubtful));
             let tolerance = TOLERANCE * extent(target.rest.iter().copied());
             let (fitted, _) = fit_robustly(&pose, &target.rest, true, tolerance).ok_or_else(|| {
                 Error::no_fit(
@@ -103,7 +108,16 @@ impl Place {
         let on_rig =
             |(p, r): (&DVec3, &DVec3)| if seen(*p) && !stated.in_head_space { to_rig.apply(*p) } else { *r };
         let markers = pose.iter().zip(&target.rest).map(on_rig).collect();
-        Ok(Self { neutral, to_rig, to_world, unit, axes, markers, in_head_space: stated.in_head_space })
+        Ok(Self {
+            neutral,
+            rival,
+            to_rig,
+            to_world,
+            unit,
+            axes,
+            markers,
+            in_head_space: stated.in_head_space,
+        })
     }
 
     /// How large the actor is compared with the rig.
@@ -126,21 +140,42 @@ fn neutral_frames(
     columns: &[Option<usize>],
     target: &Target,
     settings: &Settings,
-) -> Result<Range<usize>> {
+) -> Result<Neutral> {
     let frames = tracks.frames();
     match &settings.neutral {
-        Some(range) if range.start < range.end && range.end <= frames => Ok(range.clone()),
+        Some(range) if range.start < range.end && range.end <= frames => {
+            Ok(Neutral { frames: range.clone(), rival: None, is_doubtful: false })
+        }
         Some(range) => Err(Error::out_of_range(format!(
             "the neutral frames are {}..{}, expected a range within 0..{frames}",
             range.start, range.end
         ))),
-        None => neutral::find(tracks, columns, &target.rest).ok_or_else(|| {
+        None => neutral::find(tracks, columns, target).ok_or_else(|| {
             Error::no_fit(
                 "no half second of the take shows enough markers to find the neutral face; say which frames \
                  are neutral",
             )
         }),
     }
+}
+
+/// A warning where the take does not tell which frames are neutral.
+fn unsure(neutral: &Range<usize>, rival: Option<&Rival>, is_doubtful: bool) -> Option<Warning> {
+    let Range { start, end } = neutral;
+    let sentence = match rival {
+        _ if is_doubtful => format!(
+            "no half second of the take is surely the neutral face: the one most like it, frames \
+             {start}..{end}, moves or shows an expression, which would be taken out of all frames; say which \
+             frames are neutral, or clean a take in which the actor holds the neutral face for half a second"
+        ),
+        Some(Rival { frames, apart_mm }) => format!(
+            "frames {start}..{end} are taken for the neutral face, but frames {}..{} may be it as well; their \
+             markers are {apart_mm:.1} mm apart; look at both, and say which frames are neutral",
+            frames.start, frames.end
+        ),
+        None => return None,
+    };
+    Some(Warning::from(sentence).with_remedies(&[Remedy::GiveNeutral]))
 }
 
 /// The file's unit: the stated one, else the one that suits. `fitted` takes the file's space to the mesh's,

@@ -1,5 +1,5 @@
 //! The report of a clean-up, as data.
-use crate::Pose;
+use crate::{Pose, Rival};
 use rhytid_core::Warning;
 use serde::Serialize;
 use std::ops::Range;
@@ -59,6 +59,8 @@ pub struct Found {
     pub neutral: Range<usize>,
     /// Whether they were found rather than given.
     pub neutral_is_found: bool,
+    /// Other frames that may be the neutral ones; `None` where the choice is sure, or was given.
+    pub neutral_rival: Option<Rival>,
     /// How large the actor is compared with the rig.
     pub scale: f64,
     /// Whether the take was in head space and mesh units already. Then it was neither stabilised nor aligned.
@@ -101,6 +103,9 @@ pub struct Event {
 pub enum Kind {
     /// Two markers had each other's label; undone.
     Swap,
+    /// A label that changed places with others again and again; put right where that is clear, and dropped and
+    /// filled as a gap elsewhere.
+    Shuffled,
     /// A position where no marker can have been; dropped, then filled as a gap.
     Outlier,
     /// Positions that were dropped by hand, then filled as a gap.
@@ -142,6 +147,7 @@ impl Kind {
             Self::NeverSeen => "never seen",
             Self::Left => "left",
             Self::Swap => "swap",
+            Self::Shuffled => "shuffled",
             Self::Slide => "slide",
             Self::Dropped => "dropped",
             Self::Held => "held",

@@ -19,7 +19,8 @@ pub struct Settings {
     pub metres_per_unit: Option<f64>,
     /// The file's axes; `None`: those in which the actor looks where the rig looks.
     pub axes: Option<Axes>,
-    /// The neutral frames, from 0; `None`: the stillest half second nearest to the rest pose.
+    /// The neutral frames, from 0; `None`: the half second that is most neutral, with the start
+    /// and the end of the take before all others.
     pub neutral: Option<Range<usize>>,
     /// Steps to leave out.
     pub skip: BTreeSet<Step>,

@@ -48,6 +48,7 @@ fn words(remedy: Remedy) -> Option<&'static str> {
         Remedy::DropStretch => "--drop",
         Remedy::ChooseSubject => "--subject NAME, or `subject` in the setup",
         Remedy::KeepImplausible => "--force",
+        Remedy::GiveNeutral => "--neutral A..B",
         Remedy::MarkerTable => {
             "`rhytid prepare --write-markers TABLE.csv`, which writes the table, and --markers TABLE.csv, \
              which reads it"

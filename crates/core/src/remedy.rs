@@ -50,6 +50,8 @@ listed! {
         KeepImplausible,
         /// Correct the table that maps markers to handles.
         MarkerTable,
+        /// Say which frames are neutral.
+        GiveNeutral,
         /// Write a frame as a mesh to be sculpted.
         WriteFrame,
     }

@@ -111,7 +111,7 @@ impl States {
             for event in events {
                 let state = match event.kind {
                     Kind::FilledBefore | Kind::Spline | Kind::Model | Kind::Held => 1,
-                    Kind::Swap | Kind::Outlier | Kind::Slide | Kind::Dropped => 2,
+                    Kind::Swap | Kind::Shuffled | Kind::Outlier | Kind::Slide | Kind::Dropped => 2,
                     Kind::Lost | Kind::NeverSeen | Kind::Left => 3,
                     Kind::Head | Kind::Strain | Kind::Step => 0,
                 };

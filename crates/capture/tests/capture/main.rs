@@ -3,7 +3,9 @@
 mod coverage;
 mod handles;
 mod heads;
+mod neutral;
 mod real_take;
 mod repairs;
+mod shuffles;
 mod spread;
 mod steps;

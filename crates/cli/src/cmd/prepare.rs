@@ -3,7 +3,7 @@
 use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::capture::{Cleaned, Kind, Match, Report};
+use rhytid::capture::{Cleaned, Found, Kind, Match, Report};
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, rig_file};
 use rhytid::formats::tables::{self, MarkerRow};
@@ -94,6 +94,19 @@ fn regions(scales: &[f64]) -> String {
     format!("; motions are made {least:.2} to {most:.2} times as large, as the rig's regions are")
 }
 
+/// The neutral frames, and how sure they are.
+fn neutral(found: &Found) -> String {
+    let frames = format!("frames {}..{}", found.neutral.start, found.neutral.end);
+    match &found.neutral_rival {
+        _ if !found.neutral_is_found => frames,
+        None => format!("{frames} (found)"),
+        Some(rival) => format!(
+            "{frames} (found, not sure: {}..{} may be it as well, {:.1} mm apart)",
+            rival.frames.start, rival.frames.end, rival.apart_mm
+        ),
+    }
+}
+
 /// What was found, for a person to check.
 fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     let row = |name: &str, value: String| [name.to_owned(), value];
@@ -121,11 +134,7 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
         let likeness = format!("frame {}, likeness {:.2} of 1", pose.frame, pose.likeness);
         rows.push(row(&format!("pose {}", pose.example), likeness));
     }
-    let neutral = &found.neutral;
-    rows.push(row(
-        "neutral",
-        format!("frames {}..{}{}", neutral.start, neutral.end, guessed(found.neutral_is_found)),
-    ));
+    rows.push(row("neutral", neutral(found)));
     rows.push(row("noise", format!("{:.3} mm RMS", report.noise_mm)));
     rows.push(row(
         "filter",
@@ -133,6 +142,7 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     ));
     for (kind, name, noun) in [
         (Kind::Swap, "swaps", "pair of labels"),
+        (Kind::Shuffled, "shuffled", "stretch of a label that changes places again and again"),
         (Kind::Outlier, "outliers", "dropped"),
         (Kind::Slide, "slides", "label off its marker, cut out"),
         (Kind::Dropped, "dropped", "stretch, by hand"),
