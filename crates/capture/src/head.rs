@@ -26,10 +26,10 @@ pub(crate) struct Head {
 const SAMPLED: usize = 400;
 
 /// A rigid marker may be off by this part of the face's extent before it loses its weight.
-const RIGID_TOLERANCE: f64 = 0.005;
+pub(crate) const RIGID_TOLERANCE: f64 = 0.005;
 
 /// The same where the face's own markers stand in for rigid ones.
-const FACE_TOLERANCE: f64 = 0.02;
+pub(crate) const FACE_TOLERANCE: f64 = 0.02;
 
 /// The columns of `candidates` that keep their distances, as a cap's markers do; empty if fewer than three.
 fn find_rigid(tracks: &Tracks, candidates: &[usize], extent: f64) -> Vec<usize> {

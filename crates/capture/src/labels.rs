@@ -1,4 +1,5 @@
 //! Labels: which marker of a file belongs to which handle.
+use rhytid_core::text::bare_label;
 use rhytid_core::{Error, InputErrorKind, Result};
 use std::collections::BTreeMap;
 
@@ -39,7 +40,6 @@ pub fn same_names(
             .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] }));
         }
     }
-    let bare = |label: &str| label.rsplit(':').next().unwrap_or(label).trim().to_lowercase();
     let mut taken = vec![false; file.len()];
     let mut columns: Vec<Option<usize>> = vec![None; handles.len()];
     let mut take = |columns: &mut Vec<Option<usize>>, fits: &dyn Fn(&str, &str) -> bool| {
@@ -51,7 +51,7 @@ pub fn same_names(
     take(&mut columns, &|handle, label| map.get(handle).is_some_and(|mapped| mapped == label));
     take(&mut columns, &|handle, label| handle == label);
     take(&mut columns, &|handle, label| handle.to_lowercase() == label.trim().to_lowercase());
-    take(&mut columns, &|handle, label| bare(handle) == bare(label));
+    take(&mut columns, &|handle, label| bare_label(handle) == bare_label(label));
     Ok(columns)
 }
 

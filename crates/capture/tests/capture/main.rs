@@ -2,6 +2,7 @@
 
 mod coverage;
 mod handles;
+mod online;
 mod real_take;
 mod repairs;
 mod spread;
