@@ -165,7 +165,8 @@ fn first_source(stamp: Option<Stamp>, warnings: &mut Warnings) -> Source {
     let Some(Stamp { seconds, is_float, .. }) = stamp else { return Source::Arrival };
     let unit = UNITS.iter().find(|unit| SINCE_1970.contains(&(seconds / unit.a_second)));
     let a_second = unit.map_or(1.0, |unit| unit.a_second);
-    let step = seconds.abs() * f64::from(f32::EPSILON) / a_second;
+    let float = seconds as f32;
+    let step = f64::from(float.abs().next_up() - float.abs()) / a_second;
     if is_float && step > COARSE {
         warnings.say(About::Coarse, || {
             format!(

@@ -52,10 +52,14 @@ mod transport;
 mod viewport;
 #[cfg(not(target_arch = "wasm32"))]
 mod window;
+#[cfg(not(target_arch = "wasm32"))]
+mod world;
 
 pub use app::ViewApp;
 pub use document::{Document, OpenTake, Pose, TimelineEvent};
 pub use history::History;
+#[cfg(not(target_arch = "wasm32"))]
+pub use live::Listen;
 #[cfg(target_arch = "wasm32")]
 pub use inbox::{Inbox, Read};
 pub use orbit::Orbit;
