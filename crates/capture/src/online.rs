@@ -1,10 +1,10 @@
 //! The clean-up of frames as they come: the head's motion is taken out and the actor is brought onto the rig,
 //! frame by frame.
 //!
-//! The first frames show the neutral face. They say all that stays the same: which marker is whose, the head's
-//! rigid markers, the unit, the actor's size, and each marker's place at neutral. After that, a frame needs
-//! only itself and the one before. So gaps are not filled as well as in a whole take, and swaps and slides are
-//! not found.
+//! The first frames show the neutral face. They say all that stays the same: which marker is whose, the
+//! head's rigid markers, the unit, the actor's size, and each marker's place at neutral. After that, a frame
+//! needs only itself and the one before. So gaps are not filled as well as in a whole take, and swaps and
+//! slides are not found.
 use crate::head::{self, FACE_TOLERANCE, RIGID_TOLERANCE};
 use crate::labels::match_labels;
 use crate::neighbours::nearest;
@@ -73,22 +73,23 @@ struct Measured {
 }
 
 impl Online {
-    /// Learns an actor from frames of the neutral face in world space. Without neutral frames in the settings,
-    /// all frames are neutral. Also returns what a user should read.
+    /// Learns an actor from frames of the neutral face in world space. Without neutral frames in the
+    /// settings, all frames are neutral. Also returns what a user should read.
     ///
     /// # Errors
     /// As [`crate::clean`].
     pub fn calibrate(mut raw: RawTake, target: &Target, settings: &Settings) -> Result<(Self, Vec<Warning>)> {
         if settings.axes.is_some_and(|axes| axes.is_mirror_image()) {
             return Err(Error::unsupported_format(
-                "the axes are a mirror image, which frames cannot have while they come; turn the axes in the program \
-                 that sends",
+                "the axes are a mirror image, which frames cannot have while they come; turn the axes in the \
+                 program that sends",
             ));
         }
         let mut warnings = Vec::new();
         if !settings.poses.is_empty() || !settings.edits.is_empty() {
             warnings.push(Warning::from(
-                "poses and repairs by hand are for whole takes, and are left out for frames as they come".to_owned(),
+                "poses and repairs by hand are for whole takes, and are left out for frames as they come"
+                    .to_owned(),
             ));
         }
         let matched = match_labels(&target.labels, &raw.tracks.labels, &settings.markers)?;
@@ -104,8 +105,8 @@ impl Online {
         let rigid = head::rigid_markers(&tracks, &matched.others, &labels, &settings, size)?;
         let found = head::stabilise(&tracks, &rigid, &face, size).ok_or_else(|| {
             Error::no_fit(
-                "the head's motion cannot be found: it needs a frame that shows at least three markers that are not \
-                 on one line",
+                "the head's motion cannot be found: it needs a frame that shows at least three markers that \
+                 are not on one line",
             )
         })?;
         for column in &mut tracks.columns {
@@ -161,8 +162,8 @@ impl Online {
         Ok((online, warnings))
     }
 
-    /// The frame at a time in seconds, which is later than that of the frame before. `markers` are in the order
-    /// of the labels at calibration; one that is NaN or left out is not seen.
+    /// The frame at a time in seconds, which is later than that of the frame before. `markers` are in the
+    /// order of the labels at calibration; one that is NaN or left out is not seen.
     pub fn frame(&mut self, time: f64, markers: &[[f64; 3]]) -> OnlineFrame {
         let marker = |column: usize| markers.get(column).map_or(DVec3::NAN, |p| DVec3::from_array(*p));
         for body in &self.bodies {
@@ -181,12 +182,16 @@ impl Online {
             }
         }
         let confidence = self.measure(time, &now);
-        let positions = self.rest.iter().zip(&self.displacements).map(|(rest, d)| (*rest + *d).as_vec3().to_array());
+        let positions =
+            self.rest.iter().zip(&self.displacements).map(|(rest, d)| (*rest + *d).as_vec3().to_array());
         let head = self.to_world.after(&self.head).after(&self.to_rig.inverse());
         OnlineFrame {
             positions: positions.collect(),
             confidence,
-            head: RigidMotion { rotation: head.rotation.to_array(), translation: head.translation.to_array() },
+            head: RigidMotion {
+                rotation: head.rotation.to_array(),
+                translation: head.translation.to_array(),
+            },
         }
     }
 

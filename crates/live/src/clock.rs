@@ -93,8 +93,8 @@ impl Clock {
             if seconds == last.seconds {
                 warnings.say(About::StillTimes, || {
                     format!(
-                        "the time of the frames stays {seconds} while their numbers rise, so frames get the times of \
-                         their arrival; send each frame's time in seconds in {FRAME_MESSAGE}"
+                        "the time of the frames stays {seconds} while their numbers rise, so frames get the \
+                         times of their arrival; send each frame's time in seconds in {FRAME_MESSAGE}"
                     )
                 });
                 (self.source, time) = (Source::Arrival, last.time + elapsed);
@@ -139,8 +139,8 @@ impl Clock {
         }
         warnings.say(About::Unit, || {
             format!(
-                "the times of the frames run {ratio:.0} times as fast as this machine's clock, so frames get the times \
-                 of their arrival; send each frame's time in seconds in {FRAME_MESSAGE}"
+                "the times of the frames run {ratio:.0} times as fast as this machine's clock, so frames get \
+                 the times of their arrival; send each frame's time in seconds in {FRAME_MESSAGE}"
             )
         });
         self.source = Source::Arrival;
@@ -170,8 +170,8 @@ fn first_source(stamp: Option<Stamp>, warnings: &mut Warnings) -> Source {
     if is_float && step > COARSE {
         warnings.say(About::Coarse, || {
             format!(
-                "the time of the frames is a 32-bit float, which has steps of {} s at {seconds}, so frames get the \
-                 times of their arrival; send the time as a double (d), or from the start of the take",
+                "the time of the frames is a 32-bit float, which has steps of {} s at {seconds}, so frames \
+                 get the times of their arrival; send the time as a double (d), or from the start of the take",
                 rhytid_core::human::number(step)
             )
         });

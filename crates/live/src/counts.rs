@@ -45,10 +45,13 @@ impl Others {
         if self.named.is_empty() {
             return None;
         }
-        let named = self.named.iter().map(|(address, count)| format!("{} ({count} of them)", quoted(address)));
+        let named =
+            self.named.iter().map(|(address, count)| format!("{} ({count} of them)", quoted(address)));
         let named = named.collect::<Vec<_>>().join(", ");
-        let further = if self.further > 0 { format!(" and others ({})", self.further) } else { String::new() };
-        let expected = if pattern.is_foreign() { pattern.to_string() } else { format!("{FRAME} and {pattern}") };
+        let further =
+            if self.further > 0 { format!(" and others ({})", self.further) } else { String::new() };
+        let expected =
+            if pattern.is_foreign() { pattern.to_string() } else { format!("{FRAME} and {pattern}") };
         Some(format!("messages came with the address {named}{further}, expected {expected}"))
     }
 }

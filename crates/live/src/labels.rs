@@ -66,8 +66,8 @@ impl Handles {
                 let bound = bound.clone();
                 warnings.say(About::Names, || {
                     format!(
-                        "the markers “{bound}” and “{label}” both have the name of the handle “{}”, so the markers of \
-                         “{}” are left out; send those of one actor, or give a map of handles to markers",
+                        "the markers “{bound}” and “{label}” both have the name of the handle “{}”, so the \
+                         markers of “{}” are left out; send those of one actor, or give a map of handles to markers",
                         self.names[handle],
                         prefix(label)
                     )
@@ -142,8 +142,8 @@ impl Labels {
                 if !may_grow || names.len() == MOST_LABELS {
                     warnings.say(About::TooManyMarkers, || {
                         format!(
-                            "the marker “{label}” is left out: only markers of the first seconds are recorded, and at \
-                             most {MOST_LABELS}; show every marker when the recording begins"
+                            "the marker “{label}” is left out: only markers of the first seconds are \
+                             recorded, and at most {MOST_LABELS}; show every marker when the recording begins"
                         )
                     });
                     return;

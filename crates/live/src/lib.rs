@@ -3,10 +3,10 @@
 //!
 //! A [`Receiver`] gives the frames of a [`Stream`], newest last. The stream puts together what belongs to one
 //! frame. It has a fixed list of handles, or all markers. It counts the frames that were late, lost or bad
-//! ([`Counts`]), and names what is likely wrong with a sender. The position of a marker that is missing from a
-//! frame is held, and its confidence falls. [`record`] makes a take of the frames. A [`Sender`] plays a take to
-//! a receiver at an even pace. No datagram causes a panic, and the receiver uses no more memory than at the
-//! start.
+//! ([`Counts`]), and names what is likely wrong with a sender. The position of a marker that is missing from
+//! a frame is held, and its confidence falls. [`record`] makes a take of the frames. A [`Sender`] plays a
+//! take to a receiver at an even pace. No datagram causes a panic, and the receiver uses no more memory than
+//! at the start.
 //!
 //! ```
 //! use rhytid_live::{Frame, Receiver};

@@ -61,8 +61,8 @@ impl Frame {
         }
     }
 
-    /// The frame in a datagram that is a whole frame by itself. For any content, it uses no more memory than a
-    /// small multiple of the datagram's size.
+    /// The frame in a datagram that is a whole frame by itself. For any content, it uses no more memory than
+    /// a small multiple of the datagram's size.
     ///
     /// # Errors
     /// What is wrong with it, as the rest of a sentence that begins with "the datagram".

@@ -35,11 +35,12 @@ impl FromStr for Pattern {
             Some((before, after)) => (before, Some(after)),
             None => (text, None),
         };
-        let is_word = |part: &str| part.chars().all(|c| !c.is_whitespace() && !c.is_control() && c != '{' && c != '}');
+        let is_word =
+            |part: &str| part.chars().all(|c| !c.is_whitespace() && !c.is_control() && c != '{' && c != '}');
         if !before.starts_with('/') || before.len() > 200 || !is_word(before) || !after.is_none_or(is_word) {
             return Err(format!(
-                "expected an OSC address such as /marker/{LABEL} with the arguments X Y Z, or /marker with the \
-                 arguments LABEL X Y Z"
+                "expected an OSC address such as /marker/{LABEL} with the arguments X Y Z, or /marker with \
+                 the arguments LABEL X Y Z"
             ));
         }
         Ok(Self { before: before.to_owned(), after: after.map(str::to_owned) })

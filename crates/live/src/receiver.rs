@@ -10,6 +10,8 @@ use std::time::{Duration, Instant};
 
 /// The most datagrams that [`Receiver::newest`] reads before it returns.
 const AT_ONCE: usize = 1_024;
+/// The bytes of the system's buffer that are asked for: some 400 frames of 90 markers.
+const BUFFER: usize = 4 << 20;
 /// The shortest wait for a datagram, in seconds. A wait of 0 would have no end.
 const SHORTEST: f64 = 1e-4;
 
@@ -56,6 +58,7 @@ impl Receiver {
             _ => io(address)(error),
         })?;
         let address = socket.local_addr().map_err(io(address))?;
+        widen(&socket);
         // More than a datagram can have, on any system.
         let datagram = vec![0; 1 << 16].into();
         Ok(Self { socket, address, start: Instant::now(), stream, datagram })
@@ -135,6 +138,15 @@ impl Receiver {
             },
         }
     }
+}
+
+/// Asks for room for datagrams that come while this program or the sender is stopped for a moment. A system
+/// gives as much as its administrator allows, so the answer does not matter.
+fn widen(socket: &UdpSocket) {
+    #[cfg(unix)]
+    let _ = rustix::net::sockopt::set_socket_recv_buffer_size(socket, BUFFER);
+    #[cfg(not(unix))]
+    let _ = (socket, BUFFER);
 }
 
 /// For `map_err`: an error that names the address.

@@ -23,8 +23,8 @@ pub struct Recording {
     pub timed_out: bool,
 }
 
-/// Records `frames` frames. It records fewer if `ended` says so, or if nothing comes for `patience`. `seen` gets
-/// each frame as it comes, and the labels of its markers. What is likely wrong with the sender goes to
+/// Records `frames` frames. It records fewer if `ended` says so, or if nothing comes for `patience`. `seen`
+/// gets each frame as it comes, and the labels of its markers. What is likely wrong with the sender goes to
 /// `progress` as soon as it is found.
 ///
 /// # Errors
@@ -109,12 +109,16 @@ fn nothing(receiver: &Receiver, patience: Duration) -> Error {
     let stream = receiver.stream();
     let page = concat!(env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/live.md");
     let what = match (stream.other_messages(), stream.why_bad()) {
-        (Some(others), _) => format!("{others}; send these, or name the address that has the positions; see {page}"),
+        (Some(others), _) => {
+            format!("{others}; send these, or name the address that has the positions; see {page}")
+        }
         (None, Some(why)) => format!(
             "none of the {} datagrams is a frame (the last {why}); {page} describes a frame",
             stream.counts().bad
         ),
-        (None, None) => "no datagram arrived; check that the sender sends to this address and port".to_owned(),
+        (None, None) => {
+            "no datagram arrived; check that the sender sends to this address and port".to_owned()
+        }
     };
     Error::network(format!("{address}: no frame came within {seconds} s: {what}"))
 }

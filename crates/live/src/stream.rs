@@ -26,8 +26,8 @@ pub struct LiveFrame<'a> {
     /// The sender's number. Without one, the number of frames before it.
     pub number: i64,
     /// Its time in seconds, which only rises. It is the sender's time. If the sender starts again, the time
-    /// continues by the interval between the two arrivals. It is the time of arrival if the sender gives none,
-    /// or none that can be seconds.
+    /// continues by the interval between the two arrivals. It is the time of arrival if the sender gives
+    /// none, or none that can be seconds.
     pub time: f64,
     /// Its delay behind the fastest frame of the last 10 to 20 s, in seconds. Delays are measured from the
     /// frame's time to the arrival of its last datagram.
@@ -249,9 +249,9 @@ impl Stream {
             self.is_numbered = false;
             self.warnings.say(About::StillNumbers, || {
                 format!(
-                    "the number of the frames stays {} while their times rise, so frames are numbered as they come, \
-                     and lost ones cannot be counted; send a number that rises from frame to frame in \
-                     /rhytid/frame NUMBER SECONDS",
+                    "the number of the frames stays {} while their times rise, so frames are numbered as \
+                     they come, and lost ones cannot be counted; send a number that rises from frame to \
+                     frame in /rhytid/frame NUMBER SECONDS",
                     stamp.number
                 )
             });
@@ -316,7 +316,8 @@ impl Stream {
         Some(pending.last_arrived + pause.unwrap_or(PAUSE).min(PAUSE))
     }
 
-    /// Takes a frame as whole whose time has come at `now`. The result is whether there is a new newest frame.
+    /// Takes a frame as whole whose time has come at `now`. The result is whether there is a new newest
+    /// frame.
     pub fn close(&mut self, now: f64) -> bool {
         self.due().is_some_and(|due| due <= now) && self.give()
     }
@@ -395,8 +396,8 @@ impl Stream {
     }
 }
 
-/// How long a frame waits for more of it, in seconds. A frame of which all has come does not wait, and the next
-/// frame ends the wait, too.
+/// How long a frame waits for more of it, in seconds. A frame of which all has come does not wait, and the
+/// next frame ends the wait, too.
 const PAUSE: f64 = 0.1;
 
 /// What a datagram is to the frames so far.

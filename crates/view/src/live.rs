@@ -21,8 +21,8 @@ pub struct Listen {
     pub address: SocketAddr,
     /// The address of the messages that have positions.
     pub pattern: Pattern,
-    /// For positions in world space: what is known of the actor. The first half second shows the neutral face,
-    /// or the neutral frames of the settings do. `None` for positions in head space.
+    /// For positions in world space: what is known of the actor. The first half second shows the neutral
+    /// face, or the neutral frames of the settings do. `None` for positions in head space.
     pub world: Option<Settings>,
 }
 

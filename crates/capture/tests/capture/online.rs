@@ -43,7 +43,11 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
             let position = DVec3::from_array(position.map(f64::from));
             let at = f * h + j;
             let off = 10.0 * position.distance(DVec3::from_array(whole.take.positions[at]));
-            if repaired[at] { guessed.push(off) } else { measured.push(off) }
+            if repaired[at] {
+                guessed.push(off)
+            } else {
+                measured.push(off)
+            }
             from_truth.push(10.0 * position.distance(truth[at]));
         }
         let offline = &whole.take.head.as_ref().unwrap()[f];
@@ -54,8 +58,8 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
     let worst = measured.iter().copied().fold(0.0, f64::max);
     let _ = writeln!(
         std::io::stderr(),
-        "on line: RMS {a:.4} mm from the clean-up ({worst:.2} mm at worst), {b:.3} mm where that repaired, {c:.4} mm \
-         from the truth; the head turned {turned:.3}° otherwise at most"
+        "on line: RMS {a:.4} mm from the clean-up ({worst:.2} mm at worst), {b:.3} mm where that repaired, \
+         {c:.4} mm from the truth; the head turned {turned:.3}° otherwise at most"
     );
     assert!(a < 0.3 && b < 4.0 && c < 1.0 && turned < 1.0, "{a} {b} {c} {turned}");
 }
@@ -68,7 +72,8 @@ fn made(frames: usize) -> (rhytid_capture::Target, RawTake) {
             DVec3::new(x, y, 6.0 - 0.08 * x * x)
         })
         .collect();
-    let cap = [[0.0, 14.0, 5.0], [7.0, 10.0, -1.0], [-7.0, 10.0, -1.0], [0.0, 16.0, -4.0]].map(DVec3::from_array);
+    let cap =
+        [[0.0, 14.0, 5.0], [7.0, 10.0, -1.0], [-7.0, 10.0, -1.0], [0.0, 16.0, -4.0]].map(DVec3::from_array);
     let labels = (0..20).map(|i| format!("m{i}")).collect::<Vec<_>>();
     let mut positions = Vec::new();
     for f in 0..frames {
@@ -114,7 +119,13 @@ fn a_marker_that_is_lost_or_jumps_goes_with_its_neighbours_and_fades() {
         let trusted = trusting.frame(raw.tracks.times[f], &markers);
         for j in 0..20 {
             let [a, b] = [&frame, &whole].map(|frame| DVec3::from_array(frame.positions[j].map(f64::from)));
-            let most = if f == 280 { 2.0 } else if frame.confidence[j] < 1.0 { 0.5 } else { 1e-3 };
+            let most = if f == 280 {
+                2.0
+            } else if frame.confidence[j] < 1.0 {
+                0.5
+            } else {
+                1e-3
+            };
             assert!(10.0 * a.distance(b) < most, "frame {f}, marker {j}: {} mm", 10.0 * a.distance(b));
         }
         match f {
@@ -132,12 +143,15 @@ fn a_marker_that_is_lost_or_jumps_goes_with_its_neighbours_and_fades() {
 #[test]
 fn what_cannot_be_calibrated_is_one_sentence() {
     let (target, raw) = made(NEUTRAL);
-    let said = |raw: RawTake, settings: &Settings| Online::calibrate(raw, &target, settings).unwrap_err().to_string();
+    let said = |raw: RawTake, settings: &Settings| {
+        Online::calibrate(raw, &target, settings).unwrap_err().to_string()
+    };
     let axes = |axes: &str| Settings { axes: Some(axes.parse().unwrap()), ..Settings::default() };
     assert!(said(raw.clone(), &axes("-x+y+z")).contains("mirror image"));
     let mut unseen = raw.clone();
     unseen.tracks.positions.fill(RawTake::MISSING);
     assert!(said(unseen, &Settings::default()).contains("no marker of a handle is seen"));
-    let rigid = Settings { rigid: Some(vec!["hat".into(), "cap1".into(), "cap2".into()]), ..Settings::default() };
+    let rigid =
+        Settings { rigid: Some(vec!["hat".into(), "cap1".into(), "cap2".into()]), ..Settings::default() };
     assert!(said(raw, &rigid).contains("“hat” is not in the file"));
 }

@@ -78,8 +78,8 @@ pub(crate) struct Sender {
 }
 
 impl Sender {
-    /// How positions in world space are cleaned: these options, else those of a setup. `None` for positions in
-    /// head space.
+    /// How positions in world space are cleaned: these options, else those of a setup. `None` for positions
+    /// in head space.
     ///
     /// # Errors
     /// As [`Setup::read`] and [`Setup::clean_up`]; [`Error::Input`] if there is a setup for positions in head
@@ -87,7 +87,9 @@ impl Sender {
     pub(crate) fn clean_up(&self, setup: Option<&Path>, reach: Reach) -> rhytid::Result<Option<CleanUp>> {
         if !self.world {
             return match setup {
-                Some(_) => Err(Error::conflict("--setup with --listen is for --world; give both, or leave it out")),
+                Some(_) => {
+                    Err(Error::conflict("--setup with --listen is for --world; give both, or leave it out"))
+                }
                 None => Ok(None),
             };
         }

@@ -1,7 +1,7 @@
 //! `rhytid animate --listen`: the take that arrives.
 
-use crate::args::{Animate, FramesChoice};
 use super::recording_file::RecordingFile;
+use crate::args::{Animate, FramesChoice};
 use crate::progress::Ui;
 use crate::{interrupt, output};
 use rhytid::capture::{Target, misfit};
@@ -119,14 +119,17 @@ fn with_take(words: Vec<String>, rig: &Path, take: &Path) -> String {
 
 /// The command that cleans a recording in world space, with the options for it of this command line.
 pub(super) fn prepare(words: Vec<String>, rig: &Path, recording: &Path) -> String {
-    let mut command = format!("rhytid prepare {} --rig {} --world", output::word(recording), output::word(rig));
+    let mut command =
+        format!("rhytid prepare {} --rig {} --world", output::word(recording), output::word(rig));
     let mut words = words.into_iter();
     while let Some(word) = words.next() {
         let option = word.split('=').next().unwrap_or_default();
         if ["--rigid", "--unit", "--axes", "--neutral", "--setup"].contains(&option) {
             command += &format!(" {}", output::word(Path::new(&word)));
             if word == option {
-                command += &words.next().map_or(String::new(), |value| format!(" {}", output::word(Path::new(&value))));
+                command += &words
+                    .next()
+                    .map_or(String::new(), |value| format!(" {}", output::word(Path::new(&value))));
             }
         }
     }
@@ -146,8 +149,8 @@ fn free(path: &Path) -> PathBuf {
     names.find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| path.to_owned())
 }
 
-/// Records a take of `rig`'s handles, and writes it if requested. Its frames are on disk as they come. Positions
-/// in world space are recorded as they come, and then cleaned.
+/// Records a take of `rig`'s handles, and writes it if requested. Its frames are on disk as they come.
+/// Positions in world space are recorded as they come, and then cleaned.
 ///
 /// # Errors
 /// [`Error::Input`] if the address cannot be listened at, or if nothing or nothing of this rig arrives;
@@ -167,7 +170,8 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
     let patience = args.live.timeout.unwrap_or(PATIENCE);
     let ended = interrupt::recording_ended;
     let path = recording_of(args.live.record.as_ref().unwrap_or(&args.output));
-    let mut kept = Kept { path, is_asked_for: false, rig: args.rig.clone(), is_in_the_world: world.is_some() };
+    let mut kept =
+        Kept { path, is_asked_for: false, rig: args.rig.clone(), is_in_the_world: world.is_some() };
     let mut file = match &world {
         Some(_) => RecordingFile::of_all_markers(&kept.path)?,
         None => RecordingFile::of_handles(&kept.path, &handles.labels)?,

@@ -45,11 +45,16 @@ pub(super) fn run(args: &args::View) -> Result<()> {
         // The receiver may be closed already.
         let _ = sender.send(());
     });
-    let listen = args.listen.map(|address| Ok::<_, Error>(Listen {
-        address,
-        pattern: args.sender.address.clone().unwrap_or_default(),
-        world: args.sender.clean_up(args.setup.as_deref(), Reach::Below)?.map(|clean_up| clean_up.settings),
-    }));
+    let listen = args.listen.map(|address| {
+        Ok::<_, Error>(Listen {
+            address,
+            pattern: args.sender.address.clone().unwrap_or_default(),
+            world: args
+                .sender
+                .clean_up(args.setup.as_deref(), Reach::Below)?
+                .map(|clean_up| clean_up.settings),
+        })
+    });
     let listen = listen.transpose()?;
     let options = WindowOptions { files, listen, draws, devices, device, close: Some(close) };
     let closed = limits::on_main_thread(|| rhytid::view::run(options));

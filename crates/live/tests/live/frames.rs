@@ -159,7 +159,11 @@ fn positions_of_other_programs_are_frames_where_a_marker_comes_again() {
     let as_tracker = |j: usize, frame: i32| {
         let zero = number(0.0);
         let label = text(&format!("m{j}"));
-        message("/VMC/Ext/Tra/Pos", ",sfffffff", &[&label, &number(x(j, frame)), &zero, &zero, &zero, &zero, &zero, &zero])
+        message(
+            "/VMC/Ext/Tra/Pos",
+            ",sfffffff",
+            &[&label, &number(x(j, frame)), &zero, &zero, &zero, &zero, &zero, &zero],
+        )
     };
     type Make<'a> = &'a dyn Fn(usize, i32) -> Vec<u8>;
     for (pattern, make) in [("/marker/{label}", &in_address as Make<'_>), ("/VMC/Ext/Tra/Pos", &as_tracker)] {
@@ -174,9 +178,16 @@ fn positions_of_other_programs_are_frames_where_a_marker_comes_again() {
                     given.extend(accept(&mut stream, &datagram, 1, 3.0 + at(frame)));
                 }
                 // Other messages between.
-                accept(&mut stream, &message("/VMC/Ext/OK", ",i", &[&1_i32.to_be_bytes()]), 1, 3.0 + at(frame));
+                accept(
+                    &mut stream,
+                    &message("/VMC/Ext/OK", ",i", &[&1_i32.to_be_bytes()]),
+                    1,
+                    3.0 + at(frame),
+                );
                 if frame > 1 {
-                    given.extend(stream.close(3.0 + at(frame) + 0.0026).then(|| stream.newest().unwrap().number));
+                    given.extend(
+                        stream.close(3.0 + at(frame) + 0.0026).then(|| stream.newest().unwrap().number),
+                    );
                     is_whole(&stream, frame);
                     assert!((stream.newest().unwrap().time - 3.0 - at(frame)).abs() < 1e-9);
                 }
@@ -199,7 +210,10 @@ fn the_addresses_that_came_are_named() {
         accept(&mut ours, &bundle(&[message(&format!("/other/{i}"), ",", &[])]), 1, 0.0);
     }
     let said = ours.other_messages().unwrap();
-    assert!(said.starts_with("messages came with the address \"/foo/bar\" (3 of them), \"/other/0\" (1 of them)"), "{said}");
+    assert!(
+        said.starts_with("messages came with the address \"/foo/bar\" (3 of them), \"/other/0\" (1 of them)"),
+        "{said}"
+    );
     assert!(said.ends_with("and others (7), expected /rhytid/frame and /rhytid/handle"), "{said}");
     let mut bridge = stream(1).with_pattern("/marker/{label}".parse().unwrap());
     accept(&mut bridge, &message("/foo/bar", ",", &[]), 1, 0.0);
@@ -210,7 +224,11 @@ fn the_addresses_that_came_are_named() {
 fn labels_are_those_of_files() {
     let mut stream = Stream::new(&["Chin".into(), "brow".into()], &[[9.0; 3]; 2]);
     for frame in 0..3 {
-        let markers = [handle("Anna:chin", [1.0, 0.0, frame as f32]), handle("BROW", [2.0; 3]), handle("cap", [3.0; 3])];
+        let markers = [
+            handle("Anna:chin", [1.0, 0.0, frame as f32]),
+            handle("BROW", [2.0; 3]),
+            handle("cap", [3.0; 3]),
+        ];
         let messages = std::iter::once(head(frame, at(frame))).chain(markers).collect::<Vec<_>>();
         accept(&mut stream, &bundle(&messages), 1, at(frame));
     }

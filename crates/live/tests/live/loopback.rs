@@ -63,8 +63,7 @@ fn what_a_frame_lacks_is_not_sent_and_is_held_by_the_receiver() {
     sent.positions[3 + 1] = RawTake::MISSING;
     let mut receiver = receiver(3);
     Sender::new(&sent, Some(200.0), receiver.address()).unwrap().send(Some(2), &NoProgress).unwrap();
-    let recording =
-        record(&mut receiver, 8, LONG, &|| false, &mut |_, _| (), &NoProgress).unwrap();
+    let recording = record(&mut receiver, 8, LONG, &|| false, &mut |_, _| (), &NoProgress).unwrap();
     let came = recording.take;
     assert_eq!(came.positions[4], sent.positions[1]);
     assert_eq!(came.times, [0, 1, 2, 3, 4, 5, 6, 7].map(|i| f64::from(i) / 200.0));

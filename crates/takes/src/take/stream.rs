@@ -47,8 +47,8 @@ impl TakeStream {
         Ok(stream)
     }
 
-    /// Adds a frame: its time in seconds, a position and a confidence (0 to 1) for each label. A position that is
-    /// NaN is missing.
+    /// Adds a frame: its time in seconds, a position and a confidence (0 to 1) for each label. A position
+    /// that is NaN is missing.
     ///
     /// # Errors
     /// [`Error::Io`].
