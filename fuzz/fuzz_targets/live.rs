@@ -1,15 +1,23 @@
-//! Any datagrams, one after another, leave a stream with sound frames and without more memory. A frame that
+//! Any datagrams, one after another, leave streams with sound frames and without more memory. A frame that
 //! was received can be sent on and decoded again.
 //!
 //! The input is cut into datagrams, each after two bytes with its length. The first byte of a length also
-//! chooses the sender and advances the time.
+//! chooses the sender and advances the time. The streams take a rig's handles, all markers, and positions of
+//! another program.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 use rhytid_live::{Frame, Stream};
 
 fuzz_target!(|bytes: &[u8]| {
     let labels = ["brow".to_owned(), "lip_up".to_owned()];
-    let mut stream = Stream::new(&labels, &[[0.0; 3]; 2]);
+    let handles = || Stream::new(&labels, &[[0.0; 3]; 2]);
+    let other = "/m/{label}".parse().expect("a pattern");
+    for mut stream in [handles(), Stream::of_all_markers(), handles().with_pattern(other)] {
+        feed(&mut stream, bytes);
+    }
+});
+
+fn feed(stream: &mut Stream, bytes: &[u8]) {
     let (mut rest, mut arrived, mut datagrams) = (bytes, 0.0, 0);
     let mut last: Option<f64> = None;
     while let Some(([high, low], behind)) = rest.split_first_chunk::<2>() {
@@ -24,18 +32,25 @@ fuzz_target!(|bytes: &[u8]| {
             // A frame of this length fits into a datagram again, independently of its numbers' types.
             assert_eq!(Frame::decode(&frame.encode().expect("a sound frame")), Ok(frame));
         }
-        let is_taken = stream.accept(datagram, ([127, 0, 0, 1], port).into(), arrived);
-        let newest = stream.newest();
-        assert!(!is_taken || newest.is_some());
-        if let Some(frame) = newest {
-            assert_eq!((frame.positions.len(), frame.confidence.len()), (2, 2));
-            assert!(frame.positions.as_flattened().iter().all(|x| x.is_finite()));
-            assert!(frame.confidence.iter().all(|c| (0.0..=1.0).contains(c)));
-            assert!(frame.time.is_finite() && frame.latency >= 0.0);
-            assert!(!is_taken || last.is_none_or(|last| last < frame.time));
-            last = Some(frame.time);
+        let mut is_new = stream.accept(datagram, ([127, 0, 0, 1], port).into(), arrived);
+        assert!(!is_new || stream.newest().is_some());
+        loop {
+            if let Some(frame) = stream.newest() {
+                assert_eq!(frame.positions.len(), frame.confidence.len());
+                assert!(frame.positions.len() <= stream.labels().len());
+                assert!(frame.positions.as_flattened().iter().all(|x| x.is_finite()));
+                assert!(frame.confidence.iter().all(|c| (0.0..=1.0).contains(c)));
+                assert!(frame.time.is_finite() && frame.latency >= 0.0);
+                assert!(!is_new || last.is_none_or(|last| last < frame.time));
+                last = Some(frame.time);
+            }
+            if !is_new {
+                break;
+            }
+            is_new = stream.close(arrived);
         }
     }
     let counts = stream.counts();
-    assert_eq!(counts.frames + counts.late + counts.bad, datagrams);
-});
+    assert!(counts.frames + counts.late + counts.bad <= datagrams);
+    assert!(stream.warnings().len() <= 8 && stream.labels().len() <= 1_024);
+}

@@ -82,9 +82,13 @@ fn of_each(
 }
 
 fn is_jump(a: Against, b: Against, rate: f64, extent: f64) -> bool {
-    let seconds = (b.0 - a.0) as f64 / rate;
+    is_jump_within(a.1, b.1, (b.0 - a.0) as f64 / rate, extent)
+}
+
+/// Whether no skin moves from `a` to `b`, both against its neighbours, in so many seconds.
+pub(crate) fn is_jump_within(a: DVec3, b: DVec3, seconds: f64, extent: f64) -> bool {
     // After a longer gap a marker may be anywhere on its way.
-    seconds <= 2.0 * LONGEST && a.1.distance(b.1) > extent * (FASTEST * seconds).max(SMALLEST_JUMP)
+    seconds <= 2.0 * LONGEST && a.distance(b) > extent * (FASTEST * seconds).max(SMALLEST_JUMP)
 }
 
 fn of_marker(j: usize, against: &[Against], tracks: &Tracks, extent: f64) -> Vec<Outlier> {

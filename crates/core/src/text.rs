@@ -28,6 +28,11 @@ pub fn listed<'a>(words: impl ExactSizeIterator<Item = &'a str>) -> String {
     if more == 0 { shown } else { format!("{shown} and {more} more") }
 }
 
+/// A marker's label without the prefix of its actor, such as `Anna:`, and in lower case.
+pub fn bare_label(label: &str) -> String {
+    label.rsplit(':').next().unwrap_or(label).trim().to_lowercase()
+}
+
 /// The word of `known` that was probably meant by `word`: at most a third of its letters differ.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The comparison takes quadratic time, so longer words are left out.

@@ -1,6 +1,7 @@
 //! A socket behind a [`Stream`].
 
-use crate::stream::{Counts, LiveFrame, Stream};
+use crate::counts::Counts;
+use crate::stream::{LiveFrame, Stream};
 use rhytid_core::{Error, Result};
 use std::io::ErrorKind;
 use std::net::{SocketAddr, UdpSocket};
@@ -9,6 +10,10 @@ use std::time::{Duration, Instant};
 
 /// The most datagrams that [`Receiver::newest`] reads before it returns.
 const AT_ONCE: usize = 1_024;
+/// The bytes of the system's buffer that are asked for: some 400 frames of 90 markers.
+const BUFFER: usize = 4 << 20;
+/// The shortest wait for a datagram, in seconds. A wait of 0 would have no end.
+const SHORTEST: f64 = 1e-4;
 
 /// A receiver that listens at an address. Datagrams wait in the system's buffer, of a fixed size, until a
 /// call reads them. There is no thread.
@@ -32,6 +37,14 @@ impl Receiver {
     /// # Panics
     /// If there are not as many positions as labels.
     pub fn bind(address: SocketAddr, labels: &[String], rest: &[[f32; 3]]) -> Result<Self> {
+        Self::listen(address, Stream::new(labels, rest))
+    }
+
+    /// Listens at `address` for what `stream` takes. Port 0 is any free port.
+    ///
+    /// # Errors
+    /// As [`bind`](Self::bind).
+    pub fn listen(address: SocketAddr, stream: Stream) -> Result<Self> {
         let socket = UdpSocket::bind(address).map_err(|error| match error.kind() {
             ErrorKind::AddrInUse => Error::network(format!(
                 "{address}: another program listens there; end it, or name another port"
@@ -45,7 +58,7 @@ impl Receiver {
             _ => io(address)(error),
         })?;
         let address = socket.local_addr().map_err(io(address))?;
-        let stream = Stream::new(labels, rest);
+        widen(&socket);
         // More than a datagram can have, on any system.
         let datagram = vec![0; 1 << 16].into();
         Ok(Self { socket, address, start: Instant::now(), stream, datagram })
@@ -63,13 +76,21 @@ impl Receiver {
     pub fn next(&mut self, wait: Duration) -> Result<Option<LiveFrame<'_>>> {
         self.socket.set_nonblocking(false).map_err(io(self.address))?;
         let start = Instant::now();
-        while let Some(left) = wait.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) {
+        loop {
+            // A frame may be whole without another datagram.
+            if self.stream.close(self.now()) {
+                return Ok(self.stream.newest());
+            }
+            let Some(left) = wait.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) else {
+                return Ok(None);
+            };
+            let due = self.stream.due().map_or(left.as_secs_f64(), |due| due - self.now());
+            let left = left.min(Duration::from_secs_f64(due.max(SHORTEST)));
             self.socket.set_read_timeout(Some(left)).map_err(io(self.address))?;
             if self.read()? == Some(true) {
                 return Ok(self.stream.newest());
             }
         }
-        Ok(None)
     }
 
     /// Reads all datagrams that have come, without waiting. The result is the newest frame so far, or `None`
@@ -85,7 +106,13 @@ impl Receiver {
                 break;
             }
         }
+        self.stream.close(self.now());
         Ok(self.stream.newest())
+    }
+
+    /// The state of what comes.
+    pub fn stream(&self) -> &Stream {
+        &self.stream
     }
 
     /// The counts of the datagrams so far.
@@ -93,16 +120,16 @@ impl Receiver {
         self.stream.counts()
     }
 
-    /// What is wrong with the last bad datagram, as the rest of a sentence that begins with "the datagram".
-    pub fn why_bad(&self) -> Option<&'static str> {
-        self.stream.why_bad()
+    /// The time since the start, in seconds.
+    fn now(&self) -> f64 {
+        self.start.elapsed().as_secs_f64()
     }
 
     /// Reads a datagram. The result is whether it was the newest frame, or `None` if none came.
     fn read(&mut self) -> Result<Option<bool>> {
         match self.socket.recv_from(&mut self.datagram) {
             Ok((size, from)) => {
-                let arrived = self.start.elapsed().as_secs_f64();
+                let arrived = self.now();
                 Ok(Some(self.stream.accept(&self.datagram[..size], from, arrived)))
             }
             Err(error) => match error.kind() {
@@ -111,6 +138,15 @@ impl Receiver {
             },
         }
     }
+}
+
+/// Asks for room for datagrams that come while this program or the sender is stopped for a moment. A system
+/// gives as much as its administrator allows, so the answer does not matter.
+fn widen(socket: &UdpSocket) {
+    #[cfg(unix)]
+    let _ = rustix::net::sockopt::set_socket_recv_buffer_size(socket, BUFFER);
+    #[cfg(not(unix))]
+    let _ = (socket, BUFFER);
 }
 
 /// For `map_err`: an error that names the address.

@@ -3,7 +3,7 @@
 use crate::commands::Command;
 use crate::document::Document;
 #[cfg(not(target_arch = "wasm32"))]
-use crate::live::Live;
+use crate::live::{Listen, Live};
 use crate::open::{Opened, Opening, Source};
 use crate::orbit::Orbit;
 use crate::scene::{Scene, Times};
@@ -49,9 +49,9 @@ pub struct ViewApp {
     pub(crate) inbox: crate::inbox::Inbox,
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) live: Option<Live>,
-    /// The address to listen at, for any open rig.
+    /// Where to listen, for any open rig.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) listen_at: Option<SocketAddr>,
+    pub(crate) listen_at: Option<Listen>,
 }
 
 impl ViewApp {
@@ -330,8 +330,13 @@ impl ViewApp {
 impl ViewApp {
     /// Listens at `address`, instead of the present address.
     pub fn listen(&mut self, address: SocketAddr) {
+        self.listen_for(Listen { address, ..Listen::default() });
+    }
+
+    /// Listens as `listen` says, instead of as before.
+    pub fn listen_for(&mut self, listen: Listen) {
         self.live = None;
-        self.listen_at = Some(address);
+        self.listen_at = Some(listen);
         self.listen_again();
     }
 
@@ -343,13 +348,13 @@ impl ViewApp {
 
     /// Listens for the handles of the open rig.
     pub(crate) fn listen_again(&mut self) {
-        let Some(address) = self.listen_at else { return };
+        let Some(listen) = self.listen_at.clone() else { return };
         self.live = None;
         let Some(scene) = &self.scene else { return };
-        match Live::new(address, &scene.document.rig, &self.context) {
+        match Live::new(&listen, &scene.document.rig, &self.context) {
             Ok(live) => {
                 // Port 0 means any free port. The next rig listens at the same port.
-                self.listen_at = Some(live.address());
+                self.listen_at = Some(Listen { address: live.address(), ..listen });
                 self.live = Some(live);
             }
             Err(error) => {

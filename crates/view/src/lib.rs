@@ -52,12 +52,16 @@ mod transport;
 mod viewport;
 #[cfg(not(target_arch = "wasm32"))]
 mod window;
+#[cfg(not(target_arch = "wasm32"))]
+mod world;
 
 pub use app::ViewApp;
 pub use document::{Document, OpenTake, Pose, TimelineEvent};
 pub use history::History;
 #[cfg(target_arch = "wasm32")]
 pub use inbox::{Inbox, Read};
+#[cfg(not(target_arch = "wasm32"))]
+pub use live::Listen;
 pub use orbit::Orbit;
 pub use pick::{marker, vertex};
 pub use scene::Times;

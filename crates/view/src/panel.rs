@@ -278,7 +278,7 @@ fn live(app: &mut ViewApp, ui: &mut egui::Ui) {
     match &app.live {
         None => {
             if ui.button("Listen").clicked() {
-                app.listen(rhytid_live::ADDRESS);
+                app.listen_for(crate::Listen::default());
             }
         }
         Some(live) => {

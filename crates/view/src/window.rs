@@ -1,11 +1,11 @@
 //! The window of the desktop.
 
 use crate::app::ViewApp;
+use crate::live::Listen;
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{DeviceErrorKind, DeviceInfo, Error, Result};
-use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::Receiver;
@@ -15,8 +15,8 @@ use std::sync::mpsc::Receiver;
 pub struct WindowOptions {
     /// A rig, and a take for it. They are read when the window is open.
     pub files: Vec<PathBuf>,
-    /// The address to listen at for live frames.
-    pub listen: Option<SocketAddr>,
+    /// Where to listen for live frames.
+    pub listen: Option<Listen>,
     /// The device that draws, of the backend wgpu. `None` for the one that wgpu prefers.
     pub draws: Option<DeviceInfo>,
     /// Further devices that can evaluate a frame.
@@ -64,8 +64,8 @@ pub fn run(options: WindowOptions) -> Result<()> {
     let create: eframe::AppCreator<'_> = Box::new(move |context| {
         let mut app = ViewApp::new(context)?.with_devices(options.devices).with_device(options.device);
         app.open_paths(&options.files);
-        if let Some(address) = options.listen {
-            app.listen(address);
+        if let Some(listen) = options.listen {
+            app.listen_for(listen);
         }
         if let Some(close) = options.close {
             close_when(close, context.egui_ctx.clone());

@@ -4,6 +4,7 @@ mod coverage;
 mod handles;
 mod heads;
 mod neutral;
+mod online;
 mod real_take;
 mod repairs;
 mod shuffles;

@@ -1,10 +1,15 @@
 //! The arguments of commands that send or receive frames while they are captured.
 
 use super::LIVE;
-use super::values::{Json, parse_rate};
-use rhytid::playback::FrameRange;
+use super::setup::Setup;
+use super::values::{Json, UnitChoice, parse_rate};
+use rhytid::Error;
+use rhytid::capture::Axes;
+use rhytid::formats::Reach;
+use rhytid::live::Pattern;
+use rhytid::playback::{CleanUp, FrameRange};
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use std::time::Duration;
 
@@ -22,7 +27,7 @@ pub(crate) struct Listen {
         default_missing_value = "9000",
         value_parser = parse_address,
         help_heading = LIVE,
-        conflicts_with_all = ["take", "setup", "missing", "take_unit", "take_axes", "take_rate"]
+        conflicts_with_all = ["take", "missing", "take_unit", "take_axes", "take_rate"]
     )]
     pub listen: Option<SocketAddr>,
 
@@ -35,6 +40,69 @@ pub(crate) struct Listen {
     /// After this time without a frame the recording ends. Without any frame, that is an error.
     #[arg(long, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds, help_heading = LIVE)]
     pub timeout: Option<Duration>,
+
+    #[command(flatten)]
+    pub sender: Sender,
+}
+
+/// What comes with `--listen`.
+#[derive(Debug, Clone, Default, clap::Args)]
+pub(crate) struct Sender {
+    /// With --listen: the address of the messages with positions [default: /rhytid/handle].
+    ///
+    /// In /marker/{label} the label is in the address, and the arguments are X Y Z. In an address without
+    /// {label}, such as /VMC/Ext/Tra/Pos, the arguments are LABEL X Y Z. Further arguments are ignored.
+    #[arg(long, value_name = "ADDRESS", requires = "listen", help_heading = LIVE)]
+    pub address: Option<Pattern>,
+
+    /// With --listen: the positions are in world space. The head's motion is taken out, as `prepare` does it.
+    #[arg(long, requires = "listen", help_heading = LIVE)]
+    pub world: bool,
+
+    /// With --world: the rigid markers [default: markers of no handle that keep their distances].
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',', requires = "world", help_heading = LIVE)]
+    pub rigid: Option<Vec<String>>,
+
+    /// With --world: the unit of the positions [default: what fits the rig's size].
+    #[arg(long, value_enum, requires = "world", help_heading = LIVE)]
+    pub unit: Option<UnitChoice>,
+
+    /// With --world: the axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the
+    /// actor looks where the rig looks].
+    #[arg(long, value_name = "AXES", allow_hyphen_values = true, requires = "world", help_heading = LIVE)]
+    pub axes: Option<Axes>,
+
+    /// With --world: the neutral frames A to B-1, counted from 0.
+    #[arg(long, value_name = "A..B", requires = "world", help_heading = LIVE)]
+    pub neutral: Option<FrameRange>,
+}
+
+impl Sender {
+    /// How positions in world space are cleaned: these options, else those of a setup. `None` for positions
+    /// in head space.
+    ///
+    /// # Errors
+    /// As [`Setup::read`] and [`Setup::clean_up`]; [`Error::Input`] if there is a setup for positions in head
+    /// space.
+    pub(crate) fn clean_up(&self, setup: Option<&Path>, reach: Reach) -> rhytid::Result<Option<CleanUp>> {
+        if !self.world {
+            return match setup {
+                Some(_) => {
+                    Err(Error::conflict("--setup with --listen is for --world; give both, or leave it out"))
+                }
+                None => Ok(None),
+            };
+        }
+        let given = Setup {
+            rigid: self.rigid.clone(),
+            unit: self.unit,
+            axes: self.axes,
+            neutral: self.neutral,
+            ..Setup::default()
+        };
+        let from_file = setup.map_or_else(|| Ok(Setup::default()), |path| Setup::read(path, reach))?;
+        Ok(Some(CleanUp { world: true, ..given.or(from_file).clean_up()? }))
+    }
 }
 
 /// `rhytid send`

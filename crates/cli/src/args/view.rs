@@ -1,6 +1,7 @@
 //! `rhytid view`
 
-use super::live::parse_address;
+use super::LIVE;
+use super::live::{Sender, parse_address};
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
@@ -31,6 +32,13 @@ pub(crate) struct View {
         value_parser = parse_address,
     )]
     pub listen: Option<SocketAddr>,
+
+    #[command(flatten)]
+    pub sender: Sender,
+
+    /// With --world: actor and session, as for `prepare`.
+    #[arg(long, value_name = "TAKE.toml", requires = "world", help_heading = LIVE)]
+    pub setup: Option<PathBuf>,
 
     /// The device to evaluate on, as `rhytid devices` names it [default: the one that draws; where that is a
     /// software driver, cpu:0].

@@ -62,6 +62,10 @@ pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
 /// The commands that come next: look at it, and check the file.
 fn next(args: &args::Animate) -> String {
     let Some(take) = args.take.as_ref().or(args.live.record.as_ref()) else { return String::new() };
+    if args.live.sender.world {
+        let words = std::env::args().skip(1).collect();
+        return output::next(&[listen::prepare(words, &args.rig, take)]);
+    }
     let [rig, take, file] = [&args.rig, take, &args.output].map(|path| output::word(path));
     let option = |name: &str, value: &Option<PathBuf>| {
         value.as_ref().map_or(String::new(), |path| format!(" {name} {}", output::word(path)))

@@ -1,12 +1,14 @@
 //! `rhytid animate --listen`: the take that arrives.
 
+use super::recording_file::RecordingFile;
 use crate::args::{Animate, FramesChoice};
 use crate::progress::Ui;
 use crate::{interrupt, output};
 use rhytid::capture::{Target, misfit};
 use rhytid::core::human;
-use rhytid::formats::take::{self, TakeStream};
-use rhytid::live::{Counts, LiveFrame, Receiver, Recording, record};
+use rhytid::formats::take;
+use rhytid::live::{Counts, Receiver, Recording, Stream, record};
+use rhytid::playback::read_raw_take;
 use rhytid::{Error, Result, Rig, Take};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -42,6 +44,8 @@ pub(super) struct Kept {
     /// Whether the user asked for it, so that it stays.
     is_asked_for: bool,
     rig: PathBuf,
+    /// Whether its positions are in world space.
+    is_in_the_world: bool,
 }
 
 impl Kept {
@@ -54,7 +58,14 @@ impl Kept {
 
     /// What to do if the output could not be written.
     pub(super) fn advice(&self) -> String {
-        let words = std::env::args().skip(1).collect();
+        let words: Vec<String> = std::env::args().skip(1).collect();
+        if self.is_in_the_world {
+            return format!(
+                "the recording is in {}, in world space; clean it with `{}`",
+                self.path.display(),
+                prepare(words, &self.rig, &self.path)
+            );
+        }
         format!(
             "the recording is in {}; make the output from it with `rhytid {}`",
             self.path.display(),
@@ -106,6 +117,25 @@ fn with_take(words: Vec<String>, rig: &Path, take: &Path) -> String {
     command.join(" ")
 }
 
+/// The command that cleans a recording in world space, with the options for it of this command line.
+pub(super) fn prepare(words: Vec<String>, rig: &Path, recording: &Path) -> String {
+    let mut command =
+        format!("rhytid prepare {} --rig {} --world", output::word(recording), output::word(rig));
+    let mut words = words.into_iter();
+    while let Some(word) = words.next() {
+        let option = word.split('=').next().unwrap_or_default();
+        if ["--rigid", "--unit", "--axes", "--neutral", "--setup"].contains(&option) {
+            command += &format!(" {}", output::word(Path::new(&word)));
+            if word == option {
+                command += &words
+                    .next()
+                    .map_or(String::new(), |value| format!(" {}", output::word(Path::new(&value))));
+            }
+        }
+    }
+    format!("{command} -o {}", output::word(&recording.with_extension("clean.csv")))
+}
+
 /// The name for a recording that makes `output`: `face.recording.csv` for `face.usd`, or the next free one.
 fn recording_of(output: &Path) -> PathBuf {
     free(&output.with_extension("recording.csv"))
@@ -120,45 +150,47 @@ fn free(path: &Path) -> PathBuf {
 }
 
 /// Records a take of `rig`'s handles, and writes it if requested. Its frames are on disk as they come.
+/// Positions in world space are recorded as they come, and then cleaned.
 ///
 /// # Errors
 /// [`Error::Input`] if the address cannot be listened at, or if nothing or nothing of this rig arrives;
-/// [`Error::Io`]; [`Error::Cancelled`].
+/// [`Error::Io`]; [`Error::Cancelled`]. As [`read_raw_take`].
 pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<(Take, Kept)> {
     let address = args.live.listen.ok_or_else(|| Error::Internal("nowhere to listen".into()))?;
-    let rest: Vec<[f32; 3]> = rig.handles().rest.clone();
-    let mut receiver = Receiver::bind(address, &rig.handles().labels, &rest)?;
+    let sender = &args.live.sender;
+    let world = sender.clean_up(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
+    let handles = rig.handles();
+    let stream = match &world {
+        Some(_) => Stream::of_all_markers(),
+        None => Stream::new(&handles.labels, &handles.rest),
+    };
+    let mut receiver =
+        Receiver::listen(address, stream.with_pattern(sender.address.clone().unwrap_or_default()))?;
     let address = receiver.address();
     let patience = args.live.timeout.unwrap_or(PATIENCE);
     let ended = interrupt::recording_ended;
     let path = recording_of(args.live.record.as_ref().unwrap_or(&args.output));
-    let mut kept = Kept { path, is_asked_for: false, rig: args.rig.clone() };
-    let mut stream = TakeStream::create(&kept.path, &rig.handles().labels)?;
+    let mut kept =
+        Kept { path, is_asked_for: false, rig: args.rig.clone(), is_in_the_world: world.is_some() };
+    let mut file = match &world {
+        Some(_) => RecordingFile::of_all_markers(&kept.path)?,
+        None => RecordingFile::of_handles(&kept.path, &handles.labels)?,
+    };
     if !ui.is_quiet() {
         ui.line(&format!("listening at {address} for {}", human::counted(frames, "frame")));
     }
-    // A full disk does not end the recording: the frames are in memory, too.
-    let mut fault = None;
-    let mut seen = |frame: &LiveFrame<'_>| {
-        if fault.is_none() {
-            fault = stream.frame(frame.time, frame.positions, frame.confidence).err();
-        }
-    };
     let recorded = interrupt::end_of_recording(|| {
-        record(&mut receiver, &rig.handles().labels, frames, patience, &ended, &mut seen, ui)
+        record(&mut receiver, frames, patience, &ended, &mut |frame, labels| file.frame(frame, labels), ui)
     });
     ui.clear();
-    let is_whole = fault.is_none();
-    if let Some(error) = fault {
-        log::warn!("{error}: the recording goes on in memory alone");
-    }
+    let is_whole = file.finish(receiver.stream().labels());
     let recording = recorded.inspect_err(|_| kept.remove())?;
-    if recording.unseen.len() == rig.handles().labels.len() {
+    if world.is_none() && recording.unseen.len() == handles.labels.len() {
         kept.remove();
         return Err(Error::network(format!(
             "{address}: no frame has a marker of the rig's {}, expected labels such as {}; see `rhytid info {}`",
-            human::counted(rig.handles().labels.len(), "handle"),
-            rig.handles().labels.first().map_or("", String::as_str),
+            human::counted(handles.labels.len(), "handle"),
+            handles.labels.first().map_or("", String::as_str),
             args.rig.display()
         )));
     }
@@ -183,8 +215,23 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
             human::counted(shortfall, "frame")
         );
     }
-    warn(&recording, rig);
-    Ok((recording.take, kept))
+    warn_of_bad(receiver.stream());
+    let Some(clean_up) = world else {
+        warn(&recording, rig);
+        return Ok((recording.take, kept));
+    };
+    let cleaned = read_raw_take(&kept.path, rig, &clean_up, ui);
+    let (cleaned, _) = cleaned.inspect_err(|_| ui.line(&format!("note: {}", kept.advice())))?;
+    Ok((cleaned.take, kept))
+}
+
+/// Warns if many datagrams were no part of a frame.
+fn warn_of_bad(stream: &Stream) {
+    let counts = stream.counts();
+    let Some(why) = stream.why_bad().filter(|_| counts.bad > counts.frames / 10) else { return };
+    let others = stream.other_messages().map_or(String::new(), |others| format!("; {others}"));
+    let bad = human::counted(usize::try_from(counts.bad).unwrap_or(usize::MAX), "datagram");
+    log::warn!("{bad} were no part of a frame: the last {why}{others}; correct the sender if it meant them");
 }
 
 /// Warns about positions that were never received, and about positions in another space.
@@ -231,6 +278,16 @@ fn summary(recording: &Recording, counts: Counts) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_command_for_a_recording_in_world_space_has_its_options() {
+        let line = "animate face.safetensors --listen --frames 9 --world --unit mm --axes=+x+z-y -o a.glb --fps 30 --rigid a,b,c";
+        let words = line.split(' ').map(str::to_owned).collect();
+        assert_eq!(
+            prepare(words, Path::new("face.safetensors"), Path::new("a.csv")),
+            "rhytid prepare a.csv --rig face.safetensors --world --unit mm --axes=+x+z-y --rigid a,b,c -o a.clean.csv"
+        );
+    }
 
     #[test]
     fn the_command_for_a_recording_has_the_other_options() {

@@ -19,6 +19,7 @@ mod man;
 mod masks;
 mod new;
 mod prepare;
+mod recording_file;
 #[cfg(feature = "wgpu")]
 mod render;
 mod send;

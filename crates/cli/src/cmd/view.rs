@@ -4,8 +4,8 @@ use crate::guard::guard;
 use crate::{args, drawing, inputs, interrupt, limits};
 use rhytid::core::Backend;
 use rhytid::devices::wgpu::Wgpu;
-use rhytid::formats::FileKind;
-use rhytid::view::WindowOptions;
+use rhytid::formats::{FileKind, Reach};
+use rhytid::view::{Listen, WindowOptions};
 use rhytid::{DeviceErrorKind, Error, Result};
 
 /// Shows a window until it is closed.
@@ -45,7 +45,18 @@ pub(super) fn run(args: &args::View) -> Result<()> {
         // The receiver may be closed already.
         let _ = sender.send(());
     });
-    let options = WindowOptions { files, listen: args.listen, draws, devices, device, close: Some(close) };
+    let listen = args.listen.map(|address| {
+        Ok::<_, Error>(Listen {
+            address,
+            pattern: args.sender.address.clone().unwrap_or_default(),
+            world: args
+                .sender
+                .clean_up(args.setup.as_deref(), Reach::Below)?
+                .map(|clean_up| clean_up.settings),
+        })
+    });
+    let listen = listen.transpose()?;
+    let options = WindowOptions { files, listen, draws, devices, device, close: Some(close) };
     let closed = limits::on_main_thread(|| rhytid::view::run(options));
     let closed = closed.unwrap_or_else(|| Err(Error::Internal("the window ended without a result".into())));
     closed.map_err(|error| match error {

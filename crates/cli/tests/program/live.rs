@@ -184,6 +184,80 @@ fn what_cannot_be_listened_to_or_sent_is_one_sentence() {
     f.refused("send other.csv --rig face.safetensors", &["left"]);
 }
 
+/// A take in world space, in metres and with a turning head, sent as a capture system sends it.
+#[test]
+fn positions_in_world_space_are_recorded_and_cleaned_as_a_file_is() {
+    let f = solved();
+    f.write("still.csv", f.take(240));
+    let still = take::read(&f.path("still.csv"), None, Missing::Error).unwrap();
+    let cap = [[0.0, 1.4, 0.5], [0.7, 1.0, -0.1], [-0.7, 1.0, -0.1], [0.0, 1.6, -0.4]];
+    let mut world = Take { labels: Vec::new(), positions: Vec::new(), ..still.clone() };
+    world.labels.extend(still.labels.iter().map(|label| format!("Anna:{label}")));
+    world.labels.extend((0..4).map(|i| format!("cap{i}")));
+    world.times = (0..240).map(|frame| f64::from(frame) / 120.0).collect();
+    for (frame, markers) in still.positions.chunks(still.labels.len()).enumerate() {
+        let (sin, cos) = (0.4 * (frame as f64 / 40.0).sin()).sin_cos();
+        let turned = |[x, y, z]: [f64; 3]| [cos * x + sin * z, y + 15.0, cos * z - sin * x];
+        let in_f32 = |p: [f64; 3]| turned(p).map(|x| f64::from(x as f32));
+        world.positions.extend(markers.iter().copied().chain(cap).map(in_f32));
+    }
+    take::write(&f.path("world.csv"), &world).unwrap();
+    let options = "--world --rigid cap0,cap1,cap2,cap3 --neutral 0..10";
+    let listening = listen(&f, &format!("--frames 240 -o live.usd --record raw.csv {options}"));
+    f.done(&format!("send world.csv --to {}", listening.address));
+    let output = listening.end();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("240 frames over 1.992 s, 0 lost, 0 late, 0 bad"), "{said}");
+    assert!(said.contains("rhytid prepare raw.csv --rig face.safetensors --world"), "{said}");
+    let came = take::read(&f.path("raw.csv"), None, Missing::Error).unwrap();
+    assert_eq!((came.labels, came.positions), (world.labels, world.positions));
+    // The same from the file.
+    f.done(&format!("prepare raw.csv --rig face.safetensors {options} -o clean.csv"));
+    f.done("verify live.usd --rig face.safetensors --take clean.csv --device cpu:0");
+    f.refused(
+        "animate face.safetensors --listen 127.0.0.1:0 --frames 2 --setup raw.csv -o out/face.usd",
+        &["--setup with --listen is for --world"],
+    );
+}
+
+/// Positions of another program, which has its own address and no numbers.
+#[test]
+fn positions_at_another_address_are_recorded() {
+    let f = solved();
+    let labels = ["left", "right", "top", "bottom", "middle"];
+    let send = |address: &str| {
+        let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+        for frame in 0..20 {
+            for label in labels {
+                let mut bytes = Vec::new();
+                for text in [format!("/marker/{label}"), ",fff".to_owned()] {
+                    bytes.extend(text.bytes());
+                    bytes.resize(bytes.len() / 4 * 4 + 4, 0);
+                }
+                (0..3).for_each(|axis| bytes.extend((frame as f32 / 16.0 + axis as f32).to_be_bytes()));
+                socket.send_to(&bytes, address).unwrap();
+            }
+            thread::sleep(Duration::from_millis(10));
+        }
+    };
+    let listening =
+        listen(&f, "--frames 20 --timeout 2 -o live.usd --record came.csv --address /marker/{label}");
+    send(&listening.address);
+    let output = listening.end();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let came = take::read(&f.path("came.csv"), None, Missing::Error).unwrap();
+    let expected = (0..20).flat_map(|frame| [[0.0, 1.0, 2.0].map(|x| x + f64::from(frame) / 16.0); 5]);
+    assert_eq!(came.positions, expected.collect::<Vec<_>>());
+    // Without the address, it is named.
+    let listening = listen(&f, "--frames 20 --timeout 1 -o out/live.usd");
+    send(&listening.address);
+    assert_refused(
+        &listening.end(),
+        &["the address \"/marker/left\" (20 of them)", "expected /rhytid/frame"],
+    );
+}
+
 #[test]
 fn frames_of_another_rig_are_no_recording() {
     let f = solved();

@@ -2,7 +2,7 @@
 
 use crate::{frame, labels};
 use rhytid_core::{Error, NoProgress, Progress, RawTake, Take};
-use rhytid_live::{Receiver, Sender, record};
+use rhytid_live::{Frame, Receiver, Sender, Stream, record};
 use std::net::{SocketAddr, UdpSocket};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -44,7 +44,7 @@ fn a_take_arrives_whole_with_junk_between() {
                 thread::sleep(Duration::from_micros(300));
             }
         });
-        record(&mut receiver, &sent.labels, 240, LONG, &|| false, &mut |_| (), &NoProgress).unwrap()
+        record(&mut receiver, 240, LONG, &|| false, &mut |_, _| (), &NoProgress).unwrap()
     });
     assert_eq!(recording.take.positions, sent.positions);
     assert_eq!(recording.take.confidence, None);
@@ -63,8 +63,7 @@ fn what_a_frame_lacks_is_not_sent_and_is_held_by_the_receiver() {
     sent.positions[3 + 1] = RawTake::MISSING;
     let mut receiver = receiver(3);
     Sender::new(&sent, Some(200.0), receiver.address()).unwrap().send(Some(2), &NoProgress).unwrap();
-    let recording =
-        record(&mut receiver, &sent.labels, 8, LONG, &|| false, &mut |_| (), &NoProgress).unwrap();
+    let recording = record(&mut receiver, 8, LONG, &|| false, &mut |_, _| (), &NoProgress).unwrap();
     let came = recording.take;
     assert_eq!(came.positions[4], sent.positions[1]);
     assert_eq!(came.times, [0, 1, 2, 3, 4, 5, 6, 7].map(|i| f64::from(i) / 200.0));
@@ -98,16 +97,16 @@ fn a_recording_ends_where_nothing_comes_and_is_an_error_where_nothing_ever_came(
     let wait = Duration::from_millis(200);
     let mut receiver = receiver(1);
     let said = |receiver: &mut Receiver| {
-        record(receiver, &labels(1), 9, wait, &|| false, &mut |_| (), &NoProgress).unwrap_err().to_string()
+        record(receiver, 9, wait, &|| false, &mut |_, _| (), &NoProgress).unwrap_err().to_string()
     };
     assert!(said(&mut receiver).contains("no datagram arrived"));
     let socket = UdpSocket::bind(any_port()).unwrap();
     socket.send_to(b"#bundle\0\0\0\0\0\0\0\0\x01", receiver.address()).unwrap();
-    assert!(said(&mut receiver).contains("has no /rhytid/frame"));
+    assert!(said(&mut receiver).contains("has no message that is read"));
     socket.send_to(&frame(0, 0.0, 1).encode().unwrap(), receiver.address()).unwrap();
-    let recording = record(&mut receiver, &labels(1), 9, wait, &|| false, &mut |_| (), &NoProgress).unwrap();
+    let recording = record(&mut receiver, 9, wait, &|| false, &mut |_, _| (), &NoProgress).unwrap();
     assert_eq!((recording.take.frames(), recording.timed_out), (1, true));
-    let ended = record(&mut receiver, &labels(1), 9, LONG, &|| true, &mut |_| (), &NoProgress);
+    let ended = record(&mut receiver, 9, LONG, &|| true, &mut |_, _| (), &NoProgress);
     assert!(matches!(ended, Err(Error::Cancelled)));
 }
 
@@ -135,4 +134,48 @@ fn a_sender_stops_when_it_is_told_to_and_refuses_what_it_cannot_send() {
     assert!(said(&Take::default(), None).contains("no frame"));
     assert!(said(&slow, Some(0.0)).contains("above 0"));
     assert!(said(&take(1, 2_000, 30.0), None).contains("at most 65507"));
+}
+
+/// Each frame is sent as two bundles with half of the markers each.
+#[test]
+fn two_bundles_a_frame_arrive_whole() {
+    let (frames, markers) = (480, 90);
+    let sent = take(frames, markers, 240.0);
+    let mut receiver = receiver(markers);
+    let to = receiver.address();
+    let recording = thread::scope(|scope| {
+        scope.spawn(|| {
+            let socket = UdpSocket::bind(any_port()).unwrap();
+            let start = Instant::now();
+            for (f, positions) in sent.positions.chunks(markers).enumerate() {
+                let seconds = f as f64 / 240.0;
+                thread::sleep(Duration::from_secs_f64(seconds).saturating_sub(start.elapsed()));
+                let marker = |j: usize| (sent.labels[j].clone(), positions[j].map(|x| x as f32));
+                for half in [0..markers / 2, markers / 2..markers] {
+                    let half = Frame { number: f as i64, seconds, markers: half.map(marker).collect() };
+                    socket.send_to(&half.encode().unwrap(), to).unwrap();
+                }
+            }
+        });
+        record(&mut receiver, frames, LONG, &|| false, &mut |_, _| (), &NoProgress).unwrap()
+    });
+    let counts = receiver.counts();
+    assert_eq!((counts.frames, counts.late, counts.lost, counts.bad), (frames as u64, 0, 0, 0));
+    assert!(recording.take.positions == sent.positions, "other positions");
+    assert_eq!(recording.take.confidence, None);
+}
+
+/// All markers are recorded where they are seen, under their own labels.
+#[test]
+fn a_stream_of_all_markers_has_those_of_the_cap() {
+    let mut receiver = Receiver::listen(any_port(), Stream::of_all_markers()).unwrap();
+    let mut sent = take(30, 3, 100.0);
+    sent.positions[3 * 4 + 1] = RawTake::MISSING;
+    sent.positions[..6].iter_mut().skip(2).step_by(3).for_each(|x| *x = RawTake::MISSING);
+    Sender::new(&sent, None, receiver.address()).unwrap().send(Some(1), &NoProgress).unwrap();
+    let came = record(&mut receiver, 30, LONG, &|| false, &mut |_, _| (), &NoProgress).unwrap().take;
+    assert_eq!((&came.labels, came.confidence), (&sent.labels, None));
+    for (a, b) in came.positions.iter().zip(&sent.positions) {
+        assert!(a == b || a[0].is_nan() && b[0].is_nan(), "{a:?} {b:?}");
+    }
 }

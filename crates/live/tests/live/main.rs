@@ -1,5 +1,6 @@
 //! Tests of frames as datagrams, and of the handling of all kinds of datagrams.
 
+mod frames;
 mod loopback;
 mod packets;
 mod streams;

@@ -5,17 +5,17 @@ use proptest::prelude::*;
 use rhytid_live::{Frame, MAX_DATAGRAM, MAX_LABEL};
 
 /// Bytes by the rules of OSC 1.0, without the library: text with its zeros.
-fn text(s: &str) -> Vec<u8> {
+pub(crate) fn text(s: &str) -> Vec<u8> {
     let mut bytes = s.as_bytes().to_vec();
     bytes.resize(s.len() / 4 * 4 + 4, 0);
     bytes
 }
 
-fn message(address: &str, tags: &str, arguments: &[&[u8]]) -> Vec<u8> {
+pub(crate) fn message(address: &str, tags: &str, arguments: &[&[u8]]) -> Vec<u8> {
     [text(address), text(tags), arguments.concat()].concat()
 }
 
-fn bundle(messages: &[Vec<u8>]) -> Vec<u8> {
+pub(crate) fn bundle(messages: &[Vec<u8>]) -> Vec<u8> {
     let mut bytes = [text("#bundle"), vec![0, 0, 0, 0, 0, 0, 0, 1]].concat();
     for message in messages {
         bytes.extend((message.len() as u32).to_be_bytes());
@@ -24,11 +24,11 @@ fn bundle(messages: &[Vec<u8>]) -> Vec<u8> {
     bytes
 }
 
-fn head(number: i32, seconds: f64) -> Vec<u8> {
+pub(crate) fn head(number: i32, seconds: f64) -> Vec<u8> {
     message("/rhytid/frame", ",id", &[&number.to_be_bytes(), &seconds.to_be_bytes()])
 }
 
-fn handle(label: &str, position: [f32; 3]) -> Vec<u8> {
+pub(crate) fn handle(label: &str, position: [f32; 3]) -> Vec<u8> {
     let [x, y, z] = position.map(f32::to_be_bytes);
     message("/rhytid/handle", ",sfff", &[&text(label), &x, &y, &z])
 }
@@ -84,7 +84,7 @@ fn what_is_no_frame_is_refused_with_a_reason() {
     let beyond = 1e39_f64.to_be_bytes();
     let large = message("/rhytid/handle", ",sddd", &[&text("a"), &beyond, &beyond, &beyond]);
     refused(&bundle(&[good[0].clone(), large]), "position that is not finite");
-    for seconds in [f64::NAN, f64::INFINITY, 1e11] {
+    for seconds in [f64::NAN, f64::INFINITY, 1e20] {
         refused(&bundle(&[head(1, seconds)]), "a time that is not finite");
     }
     let half = message("/rhytid/frame", ",dd", &[&0.5_f64.to_be_bytes(), &0.5_f64.to_be_bytes()]);

@@ -12,20 +12,38 @@ fn stream(markers: usize) -> Stream {
     Stream::new(&labels(markers), &vec![[9.0; 3]; markers])
 }
 
-/// Gives a frame to the stream as if from port 1.
+/// No frames.
+pub(crate) const NONE: [i64; 0] = [];
+
+/// Gives a datagram to the stream. The result has the numbers of the frames that are then there.
+pub(crate) fn accept(stream: &mut Stream, datagram: &[u8], port: u16, arrived: f64) -> Vec<i64> {
+    let mut numbers = Vec::new();
+    let mut is_new = stream.accept(datagram, from(port), arrived);
+    while is_new {
+        numbers.push(stream.newest().unwrap().number);
+        is_new = stream.close(arrived);
+    }
+    numbers
+}
+
+/// Gives a frame to the stream as if from port 1, and waits a little. The result is whether it is there then.
 fn give(stream: &mut Stream, frame: &Frame, arrived: f64) -> bool {
-    stream.accept(&frame.encode().unwrap(), from(1), arrived)
+    let given = accept(stream, &frame.encode().unwrap(), 1, arrived);
+    given.contains(&frame.number) || stream.close(arrived + 0.101)
 }
 
 #[test]
 fn frames_that_come_late_or_twice_are_dropped_and_gaps_counted() {
     let mut stream = stream(2);
+    assert_eq!(stream.due(), None);
     let order = [0, 1, 4, 2, 4, 5, 3, 6];
     let taken: Vec<i64> = order
         .into_iter()
         .enumerate()
-        .filter(|&(i, number)| give(&mut stream, &frame(number, number as f64 * 0.01, 2), i as f64 * 0.01))
-        .map(|(_, number)| number)
+        .flat_map(|(i, number)| {
+            let datagram = frame(number, number as f64 * 0.01, 2).encode().unwrap();
+            accept(&mut stream, &datagram, 1, i as f64 * 0.01)
+        })
         .collect();
     assert_eq!(taken, [0, 1, 4, 5, 6]);
     // The number decides, and not the time.
@@ -84,13 +102,13 @@ fn after_a_silence_a_sender_may_begin_anew_and_times_go_on() {
     assert!(give(&mut stream, &frame(1_000, 50.0, 1), 5.0));
     assert!(!give(&mut stream, &frame(0, 0.0, 1), 5.5));
     let again = 5.0 + SILENCE;
-    assert!(stream.accept(&frame(0, 0.0, 1).encode().unwrap(), from(2), again));
-    assert!(stream.accept(&frame(2, 0.5, 1).encode().unwrap(), from(2), again + 0.5));
+    assert_eq!(accept(&mut stream, &frame(0, 0.0, 1).encode().unwrap(), 2, again), NONE);
+    assert_eq!(accept(&mut stream, &frame(2, 0.5, 1).encode().unwrap(), 2, again + 0.5), [0, 2]);
     let newest = stream.newest().unwrap();
     assert_eq!((newest.number, newest.time), (2, 50.0 + SILENCE + 0.5));
     assert_eq!(stream.counts(), Counts { frames: 3, late: 1, lost: 1, bad: 0 });
     // A slow sender is not a new one.
-    assert!(stream.accept(&frame(4, 5.0, 1).encode().unwrap(), from(2), again + 5.0));
+    assert_eq!(accept(&mut stream, &frame(4, 5.0, 1).encode().unwrap(), 2, again + 5.0), [4]);
     assert_eq!(stream.counts().lost, 2);
 }
 

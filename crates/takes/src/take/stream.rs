@@ -47,7 +47,8 @@ impl TakeStream {
         Ok(stream)
     }
 
-    /// Adds a frame: its time in seconds, a position and a confidence (0 to 1) for each label.
+    /// Adds a frame: its time in seconds, a position and a confidence (0 to 1) for each label. A position
+    /// that is NaN is missing.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -56,7 +57,9 @@ impl TakeStream {
         let mut row = digits.format(time).to_owned();
         for x in positions.as_flattened() {
             row.push(',');
-            row.push_str(digits.format(f64::from(*x)));
+            if !x.is_nan() {
+                row.push_str(digits.format(f64::from(*x)));
+            }
         }
         for x in confidence {
             row.push(',');

@@ -129,3 +129,49 @@ fn late_and_bad_datagrams_change_nothing_and_lost_markers_fade() {
     // The address is free again.
     UdpSocket::bind(address).unwrap();
 }
+
+/// Positions in millimetres and with a turning head, from which the window takes the head out.
+#[test]
+fn a_turning_head_is_taken_out_of_positions_in_world_space() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [1000.0, 900.0]);
+    let (rig, rest) = (&demo().1, &demo().1.handles().rest);
+    let listen = rhytid_view::Listen {
+        address: "127.0.0.1:0".parse().unwrap(),
+        world: Some(rhytid_capture::Settings::default()),
+        ..rhytid_view::Listen::default()
+    };
+    view.state_mut().listen_for(listen);
+    view.step();
+    let address = view.state().listens_at().expect("a rig is open");
+    let extent = rest.iter().map(|p| p[1]).fold(0.0, f32::max);
+    let cap = [[0.0, 1.4, 0.5], [0.7, 1.0, -0.1], [-0.7, 1.0, -0.1], [0.0, 1.6, -0.4]]
+        .map(|p| p.map(|x| x * extent));
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let lift = |frame: usize| if frame < 80 { 0.0 } else { 0.02 * extent };
+    for frame in 0..90 {
+        let (sin, cos) = (0.3 * (frame as f32 / 15.0).sin()).sin_cos();
+        let turned =
+            |[x, y, z]: [f32; 3]| [cos * x + sin * z, y + 3.0 * extent, cos * z - sin * x].map(|x| 10.0 * x);
+        let face = rig.handles().labels.iter().cloned().zip(rest.iter().copied());
+        let moved = face.enumerate().map(|(j, (label, [x, y, z]))| {
+            let lift = if j == 0 { lift(frame) } else { 0.0 };
+            (label, [x, y + lift, z])
+        });
+        let cap = cap.iter().enumerate().map(|(i, p)| (format!("cap{i}"), *p));
+        let markers = moved.chain(cap).map(|(label, p)| (label, turned(p))).collect();
+        let frame = Frame { number: frame as i64, seconds: frame as f64 / 100.0, markers };
+        socket.send_to(&frame.encode().unwrap(), address).unwrap();
+        std::thread::sleep(Duration::from_millis(10));
+        view.step();
+    }
+    until(&mut view, says("90 frames"));
+    view.step();
+    let shown = document(&view).handles(true);
+    for (j, (found, rest)) in shown.iter().zip(rest).enumerate() {
+        let lift = if j == 0 { lift(89) } else { 0.0 };
+        let expected = [rest[0], rest[1] + lift, rest[2]];
+        let off = (0..3).map(|k| (found[k] - expected[k]).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-3 * extent, "{j}: {found:?}, expected {expected:?}; {}", said(&view));
+    }
+}

@@ -1,0 +1,157 @@
+//! Frames as they come, compared with the clean-up of the whole take and with the truth.
+use crate::real_take::{rms, target, truth};
+use glam::DVec3;
+use rhytid_capture::{Kind, Online, Settings, Step, clean};
+use rhytid_core::{NoProgress, RawTake, Take};
+use rhytid_formats::raw_take;
+use rhytid_test_support::shared;
+use std::io::Write;
+
+/// The neutral frames, at the start of the take.
+const NEUTRAL: usize = 60;
+
+fn neutral(raw: &RawTake) -> RawTake {
+    RawTake { tracks: raw.tracks.slice(0..NEUTRAL), ..raw.clone() }
+}
+
+/// The real take's head turns, and its markers have noise, gaps and ghosts.
+#[test]
+fn a_turning_head_is_taken_out_as_from_the_whole_take() {
+    let (Some(target), Some(path)) = (target(), shared("data/takes/rom_3_raw.c3d")) else { return };
+    let raw = raw_take::read(&path, None).unwrap();
+    let settings = Settings { neutral: Some(0..NEUTRAL), ..Settings::default() };
+    let whole = clean(raw.clone(), &target, &settings, &NoProgress).unwrap();
+    let (mut online, warnings) = Online::calibrate(neutral(&raw), &target, &settings).unwrap();
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let (h, m) = (target.labels.len(), raw.tracks.labels.len());
+    let mut repaired = vec![false; h * raw.tracks.frames()];
+    for event in &whole.report.events {
+        if let (Some(marker), false) = (event.marker, matches!(event.kind, Kind::Strain | Kind::Step)) {
+            for frame in event.first..event.first + event.frames {
+                for marker in [Some(marker), event.other].into_iter().flatten() {
+                    repaired[frame * h + marker] = true;
+                }
+            }
+        }
+    }
+    let truth = truth();
+    let (mut measured, mut guessed, mut from_truth) = (Vec::new(), Vec::new(), Vec::new());
+    let mut turned = 0.0_f64;
+    for (f, markers) in raw.tracks.positions.chunks(m).enumerate() {
+        let frame = online.frame(raw.tracks.times[f], markers);
+        for (j, position) in frame.positions.iter().enumerate() {
+            let position = DVec3::from_array(position.map(f64::from));
+            let at = f * h + j;
+            let off = 10.0 * position.distance(DVec3::from_array(whole.take.positions[at]));
+            if repaired[at] {
+                guessed.push(off)
+            } else {
+                measured.push(off)
+            }
+            from_truth.push(10.0 * position.distance(truth[at]));
+        }
+        let offline = &whole.take.head.as_ref().unwrap()[f];
+        let [a, b] = [&frame.head, offline].map(|motion| glam::DQuat::from_array(motion.rotation));
+        turned = turned.max(a.angle_between(b).to_degrees());
+    }
+    let [a, b, c] = [&measured, &guessed, &from_truth].map(|off| rms(off.iter().copied()));
+    let worst = measured.iter().copied().fold(0.0, f64::max);
+    let _ = writeln!(
+        std::io::stderr(),
+        "on line: RMS {a:.4} mm from the clean-up ({worst:.2} mm at worst), {b:.3} mm where that repaired, \
+         {c:.4} mm from the truth; the head turned {turned:.3}° otherwise at most"
+    );
+    assert!(a < 0.3 && b < 4.0 && c < 1.0 && turned < 1.0, "{a} {b} {c} {turned}");
+}
+
+/// A face of 20 markers and a cap of 4 that turn, in metres.
+fn made(frames: usize) -> (rhytid_capture::Target, RawTake) {
+    let rest: Vec<DVec3> = (0..20)
+        .map(|i| {
+            let (x, y) = (f64::from(i % 5) * 2.5 - 5.0, f64::from(i / 5) * 3.0 - 4.5);
+            DVec3::new(x, y, 6.0 - 0.08 * x * x)
+        })
+        .collect();
+    let cap =
+        [[0.0, 14.0, 5.0], [7.0, 10.0, -1.0], [-7.0, 10.0, -1.0], [0.0, 16.0, -4.0]].map(DVec3::from_array);
+    let labels = (0..20).map(|i| format!("m{i}")).collect::<Vec<_>>();
+    let mut positions = Vec::new();
+    for f in 0..frames {
+        let t = f as f64 / 100.0;
+        let turn = glam::DQuat::from_euler(glam::EulerRot::YXZ, 0.4 * t.sin(), 0.2 * (2.0 * t).sin(), 0.0);
+        let smile = DVec3::Y * (0.3 * (t - 0.6).max(0.0).sin());
+        let face = rest.iter().map(|p| *p + smile * (p.x / 5.0).abs());
+        positions.extend(face.chain(cap).map(|p| (turn * p * 0.01 + DVec3::new(0.0, 1.5, 0.2)).to_array()));
+    }
+    let tracks = Take {
+        labels: labels.iter().cloned().chain((0..4).map(|i| format!("cap{i}"))).collect(),
+        times: (0..frames).map(|f| f as f64 / 100.0).collect(),
+        positions,
+        ..Take::default()
+    };
+    let target =
+        rhytid_capture::Target { labels, rest, metres_per_unit: 0.01, strains: vec![], examples: vec![] };
+    (target, RawTake { tracks, metres_per_unit: Some(1.0), ..RawTake::default() })
+}
+
+#[test]
+fn a_marker_that_is_lost_or_jumps_goes_with_its_neighbours_and_fades() {
+    let (target, raw) = made(300);
+    let settings = Settings { neutral: Some(0..NEUTRAL), ..Settings::default() };
+    let (mut online, _) = Online::calibrate(neutral(&raw), &target, &settings).unwrap();
+    let with_ghosts = Settings { skip: [Step::Outliers].into(), ..settings };
+    let (mut trusting, _) = Online::calibrate(neutral(&raw), &target, &with_ghosts).unwrap();
+    for (f, markers) in raw.tracks.positions.chunks(24).enumerate() {
+        let mut markers = markers.to_vec();
+        let whole = online.clone().frame(raw.tracks.times[f], &markers);
+        assert!(whole.confidence.iter().all(|sure| *sure == 1.0) || f > 200);
+        if (200..225).contains(&f) {
+            markers[7] = [f64::NAN; 3];
+        }
+        if (250..253).contains(&f) {
+            markers[3][0] += 0.03;
+        }
+        // The whole cap is lost: the face stands in for it.
+        if f == 280 {
+            markers.truncate(20);
+        }
+        let frame = online.frame(raw.tracks.times[f], &markers);
+        let trusted = trusting.frame(raw.tracks.times[f], &markers);
+        for j in 0..20 {
+            let [a, b] = [&frame, &whole].map(|frame| DVec3::from_array(frame.positions[j].map(f64::from)));
+            let most = if f == 280 {
+                2.0
+            } else if frame.confidence[j] < 1.0 {
+                0.5
+            } else {
+                1e-3
+            };
+            assert!(10.0 * a.distance(b) < most, "frame {f}, marker {j}: {} mm", 10.0 * a.distance(b));
+        }
+        match f {
+            224 => assert!((frame.confidence[7] - 0.5).abs() < 1e-6, "{}", frame.confidence[7]),
+            250..253 => {
+                assert!(frame.confidence[3] < 1.0 && trusted.confidence[3] == 1.0);
+                let off = (trusted.positions[3][0] - frame.positions[3][0]).abs();
+                assert!(off > 2.0, "{off}");
+            }
+            _ => assert!((200..225).contains(&f) || frame.confidence.iter().all(|sure| *sure == 1.0), "{f}"),
+        }
+    }
+}
+
+#[test]
+fn what_cannot_be_calibrated_is_one_sentence() {
+    let (target, raw) = made(NEUTRAL);
+    let said = |raw: RawTake, settings: &Settings| {
+        Online::calibrate(raw, &target, settings).unwrap_err().to_string()
+    };
+    let axes = |axes: &str| Settings { axes: Some(axes.parse().unwrap()), ..Settings::default() };
+    assert!(said(raw.clone(), &axes("-x+y+z")).contains("mirror image"));
+    let mut unseen = raw.clone();
+    unseen.tracks.positions.fill(RawTake::MISSING);
+    assert!(said(unseen, &Settings::default()).contains("no marker of a handle is seen"));
+    let rigid =
+        Settings { rigid: Some(vec!["hat".into(), "cap1".into(), "cap2".into()]), ..Settings::default() };
+    assert!(said(raw, &rigid).contains("“hat” is not in the file"));
+}
