@@ -4,8 +4,8 @@ use crate::handles::says_head;
 use crate::head::{FACE_TOLERANCE, Fit, RIGID_TOLERANCE, fitted, thinned};
 use crate::rigid_sets::Distances;
 use crate::settings::Settings;
-use crate::subjects::bare;
 use crate::tracks::{Tracks, median_point, seen};
+use rhytid_core::text::bare_label;
 use rhytid_core::text::listed;
 use rhytid_core::{Error, InputErrorKind, Result};
 use std::collections::BTreeSet;
@@ -212,7 +212,8 @@ fn named_markers(named: &[String], labels: &[String], candidates: &[usize]) -> R
         )));
     }
     let column = |name: &String| {
-        let mut behind_a_prefix = candidates.iter().copied().filter(|&c| bare(&labels[c]) == bare(name));
+        let mut behind_a_prefix =
+            candidates.iter().copied().filter(|&c| bare_label(&labels[c]) == bare_label(name));
         let place = labels.iter().position(|label| label == name).or_else(|| behind_a_prefix.next());
         place.ok_or_else(|| {
             Error::input(format!("the rigid marker “{name}” is not in the file"))

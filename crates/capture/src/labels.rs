@@ -1,6 +1,7 @@
 //! Labels: which marker of a file belongs to which handle.
 use crate::settings::Settings;
-use crate::subjects::{bare, choose, parted};
+use crate::subjects::{choose, parted};
+use rhytid_core::text::bare_label;
 use rhytid_core::{Error, InputErrorKind, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -96,7 +97,7 @@ fn matched(
     };
     take(&|handle, i| handle == file[i]);
     take(&|handle, i| handle.to_lowercase() == file[i].trim().to_lowercase());
-    take(&|handle, i| bare(handle) == labels[i].name);
+    take(&|handle, i| bare_label(handle) == labels[i].name);
     let used: BTreeSet<usize> = columns.iter().copied().flatten().collect();
     let free = (0..file.len()).filter(|i| !used.contains(i));
     let (left_out, others) = free.partition(|&i| chosen.is_anothers[i]);

@@ -6,6 +6,7 @@
 //! needs only itself and the one before. So gaps are not filled as well as in a whole take, and swaps and
 //! slides are not found.
 use crate::head::{self, FACE_TOLERANCE, RIGID_TOLERANCE};
+use crate::head_markers::{self, HeadMarkers};
 use crate::labels::match_labels;
 use crate::neighbours::nearest;
 use crate::outliers;
@@ -37,7 +38,7 @@ pub struct OnlineFrame {
 pub struct Online {
     /// The place of each handle's marker among the labels.
     columns: Vec<Option<usize>>,
-    /// The head's markers, then the face's.
+    /// The head's rigid markers, the stiffest ones of the face, and all of the face.
     bodies: Vec<Body>,
     to_rig: Similarity,
     to_world: Similarity,
@@ -92,7 +93,8 @@ impl Online {
                     .to_owned(),
             ));
         }
-        let matched = match_labels(&target.labels, &raw.tracks.labels, &settings.markers)?;
+        let matched = match_labels(&target.labels, &raw.tracks.labels, settings)?;
+        warnings.extend(matched.warning.iter().cloned().map(Warning::from));
         let labels = raw.tracks.labels.clone();
         let mut tracks = Tracks::new(&mut raw.tracks);
         let frames = tracks.frames();
@@ -102,8 +104,10 @@ impl Online {
         if size == 0.0 {
             return Err(Error::empty("no marker of a handle is seen in the frames of the neutral face"));
         }
-        let rigid = head::rigid_markers(&tracks, &matched.others, &labels, &settings, size)?;
-        let found = head::stabilise(&tracks, &rigid, &face, size).ok_or_else(|| {
+        let HeadMarkers { fitted, stiff, warnings: said, .. } =
+            head_markers::find(&tracks, &face, &matched.others, &labels, &settings, size)?;
+        warnings.extend(said.into_iter().map(Warning::from));
+        let found = head::stabilise(&tracks, &fitted, &stiff, &face, size).ok_or_else(|| {
             Error::no_fit(
                 "the head's motion cannot be found: it needs a frame that shows at least three markers that \
                  are not on one line",
@@ -122,7 +126,8 @@ impl Online {
             columns: columns.to_vec(),
             tolerance: tolerance * size,
         };
-        let bodies = vec![body(&rigid, RIGID_TOLERANCE), body(&face, FACE_TOLERANCE)];
+        let bodies =
+            vec![body(&fitted, RIGID_TOLERANCE), body(&stiff, RIGID_TOLERANCE), body(&face, FACE_TOLERANCE)];
         let stated = Stated { metres_per_unit: raw.metres_per_unit, in_head_space: false };
         let place = Place::find(
             &tracks,

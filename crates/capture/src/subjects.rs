@@ -1,11 +1,8 @@
 //! Subjects: the actors and props of a take. The prefixes of the labels tell them apart, such as `Anna:` in
 //! `Anna:jaw00`.
-use rhytid_core::text::{listed, quoted};
+use rhytid_core::text::{LABEL_SEPARATORS, bare_label, listed, quoted};
 use rhytid_core::{Error, InputErrorKind, Remedy, Result};
 use std::collections::{BTreeMap, BTreeSet, HashMap, HashSet};
-
-/// Between a subject and a label in all files.
-const ALWAYS: [char; 2] = [':', '|'];
 
 /// Between a subject and a label where half of the handles' names stand behind the same prefix.
 const SOMETIMES: [char; 5] = ['_', '.', '-', ' ', '/'];
@@ -29,19 +26,14 @@ pub(crate) struct Label {
     pub name: String,
 }
 
-/// The name of a handle or a marker behind its prefix, in lower case.
-pub(crate) fn bare(label: &str) -> String {
-    label.rsplit(ALWAYS).next().unwrap_or(label).trim().to_lowercase()
-}
-
 /// Whether a subject has this name. Upper and lower case do not matter, nor a colon behind the name.
 pub(crate) fn is_called(subject: &str, name: &str) -> bool {
-    subject.to_lowercase() == name.trim().trim_end_matches(ALWAYS).to_lowercase()
+    subject.to_lowercase() == name.trim().trim_end_matches(LABEL_SEPARATORS).to_lowercase()
 }
 
 /// The labels of a `file` in their parts, for these `handles`.
 pub(crate) fn parted(handles: &[String], file: &[String]) -> Vec<Label> {
-    let names: HashSet<String> = handles.iter().map(|handle| bare(handle)).collect();
+    let names: HashSet<String> = handles.iter().map(|handle| bare_label(handle)).collect();
     let mut labels: Vec<Label> = file.iter().map(|label| of_label(label, &names)).collect();
     // Prefixes before other separators count only where they are before half of the handles' names.
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
@@ -69,10 +61,10 @@ pub(crate) fn parted(handles: &[String], file: &[String]) -> Vec<Label> {
     labels
 }
 
-/// A label whose separator is one of [`ALWAYS`], or which repeats a handle's name, such as `jaw00#2`.
+/// A label whose separator is one of [`LABEL_SEPARATORS`], or which repeats a handle's name, such as `jaw00#2`.
 fn of_label(label: &str, names: &HashSet<String>) -> Label {
-    let name = bare(label);
-    if let Some((subject, _)) = label.split_once(ALWAYS)
+    let name = bare_label(label);
+    if let Some((subject, _)) = label.split_once(LABEL_SEPARATORS)
         && !subject.trim().is_empty()
     {
         return Label { subject: Some(subject.trim().to_owned()), name };
@@ -196,7 +188,7 @@ pub(crate) fn choose(
 fn groups<'a>(handles: &[String], file: &[String], labels: &'a [Label]) -> Vec<Group<'a>> {
     let mut by_name: HashMap<String, Vec<usize>> = HashMap::new();
     for (h, handle) in handles.iter().enumerate() {
-        by_name.entry(bare(handle)).or_default().push(h);
+        by_name.entry(bare_label(handle)).or_default().push(h);
     }
     let whole: HashSet<String> = handles.iter().map(|handle| handle.trim().to_lowercase()).collect();
     let mut places: HashMap<Option<&str>, usize> = HashMap::new();

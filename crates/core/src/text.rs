@@ -28,9 +28,12 @@ pub fn listed<'a>(words: impl ExactSizeIterator<Item = &'a str>) -> String {
     if more == 0 { shown } else { format!("{shown} and {more} more") }
 }
 
+/// The characters between an actor and a label, as in `Anna:chin`.
+pub const LABEL_SEPARATORS: [char; 2] = [':', '|'];
+
 /// A marker's label without the prefix of its actor, such as `Anna:`, and in lower case.
 pub fn bare_label(label: &str) -> String {
-    label.rsplit(':').next().unwrap_or(label).trim().to_lowercase()
+    label.rsplit(LABEL_SEPARATORS).next().unwrap_or(label).trim().to_lowercase()
 }
 
 /// The word of `known` that was probably meant by `word`: at most a third of its letters differ.
