@@ -12,6 +12,9 @@ pub struct RawTake {
     pub metres_per_unit: Option<f64>,
     /// Whether the format promises positions in mesh units and head space, as the take's CSV does.
     pub in_head_space: bool,
+    /// Whether the markers are landmarks that a program found in a video, with z pointing to the camera. Such
+    /// frames have no common scale, and their depth is less sure than their place in the image.
+    pub is_video: bool,
     /// What the reader had to assume or to repair, one sentence each.
     pub warnings: Vec<String>,
 }

@@ -228,7 +228,7 @@ impl Setup {
             edits,
             fps: None,
         };
-        Ok(CleanUp { rate: self.rate, world: false, settings })
+        Ok(CleanUp { rate: self.rate, settings, ..CleanUp::default() })
     }
 }
 

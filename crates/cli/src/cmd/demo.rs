@@ -179,7 +179,6 @@ fn animate(
         quantize: false,
         meshopt: false,
         force: false,
-        shapes: None,
         json: args::Json::default(),
     };
     let done = animate::animate(&job, ui)?;

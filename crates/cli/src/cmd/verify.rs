@@ -1,6 +1,6 @@
 //! `rhytid verify`
 
-use crate::args::TakeReading;
+use crate::args::{ShapesChoice, TakeReading};
 use crate::progress::Ui;
 use crate::{args, exit_code, inputs, output};
 use rhytid::core::channel::Quantity;
@@ -40,6 +40,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     }
     let reading = TakeReading {
         setup: args.setup.clone(),
+        shapes: args.shapes.clone().map(ShapesChoice::Of).into_iter().collect(),
         elsewhere: args.elsewhere,
         space: args.space.clone(),
         ..TakeReading::default()

@@ -80,7 +80,7 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
         head: None,
         confidence: points.confidence,
     };
-    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, warnings })
+    Ok(RawTake { tracks, metres_per_unit, warnings, ..RawTake::default() })
 }
 
 /// The parts of a file before the points.
