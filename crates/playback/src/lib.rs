@@ -52,6 +52,7 @@ mod refined;
 mod regions;
 mod rig_diff;
 mod selection;
+mod shape_space;
 mod shapes;
 mod stages;
 mod takes;

@@ -3,7 +3,7 @@ use crate::raw_take::clock::no_rate;
 use crate::tables::rows::Rows;
 use crate::timecode::{self, Timecode};
 use rhytid_core::text::quoted;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, Take};
 
 /// Which columns say when a row is.
 #[derive(Debug, Clone, Default)]
@@ -140,7 +140,7 @@ impl Stamps {
     pub(crate) fn times(self, rate: Option<f64>, warnings: &mut Vec<String>) -> Result<Times> {
         let times = match rate {
             Some(rate) => self.counted(rate),
-            None if !self.times.is_empty() => seconds(self.times, warnings),
+            None if !self.times.is_empty() => even(seconds(self.times, warnings), &self.frames),
             None if !self.codes.is_empty() => of_codes(&self.codes, warnings),
             None => return Err(no_rate()),
         };
@@ -194,6 +194,19 @@ fn seconds(mut times: Vec<f64>, warnings: &mut Vec<String>) -> Vec<f64> {
     let first = times.first().copied().filter(|first| first.abs() > 86_400.0).unwrap_or(0.0);
     times.iter_mut().for_each(|time| *time -= first);
     times
+}
+
+/// Times that are even but for their rounding to milliseconds, without the rounding. `frames` are the frames'
+/// numbers, if there are any.
+fn even(times: Vec<f64>, frames: &[f64]) -> Vec<f64> {
+    /// Half a millisecond, and the rounding of the first time.
+    const ROUNDING: f64 = 1.01e-3;
+    let rate = Take { times: times.clone(), ..Take::default() }.rate();
+    let rising = frames.len() == times.len() && frames.windows(2).all(|pair| pair[0] < pair[1]);
+    let number = |row: usize| if rising { frames[row] - frames[0] } else { row as f64 };
+    let exact: Vec<f64> = (0..times.len()).map(|row| times[0] + number(row) / rate).collect();
+    let is_near = exact.iter().zip(&times).all(|(exact, time)| (exact - time).abs() <= ROUNDING);
+    if is_near && ROUNDING * rate < 0.25 { exact } else { times }
 }
 
 fn of_codes(codes: &[Timecode], warnings: &mut Vec<String>) -> Vec<f64> {

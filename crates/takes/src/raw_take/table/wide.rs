@@ -49,9 +49,11 @@ pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> R
     }
     let unsure = found.confidence.iter().zip(&mut found.positions).filter(|(sure, _)| **sure == 0.0);
     unsure.for_each(|(_, position)| *position = RawTake::MISSING);
+    let is_used = |name: &String| image.iter().flatten().any(|&column| rows.header()[column] == *name);
+    let others: Vec<String> = columns.others.into_iter().filter(|name| !is_used(name)).collect();
     for (labels, what) in [
         (&columns.incomplete, "markers lack one of the columns x, y and z and are left out"),
-        (&columns.others, "columns are no positions and are left out"),
+        (&others, "columns are no positions and are left out"),
     ] {
         if !labels.is_empty() {
             let shown = listed(labels.iter().map(String::as_str));
