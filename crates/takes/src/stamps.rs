@@ -5,6 +5,9 @@ use crate::timecode::{self, Timecode};
 use rhytid_core::text::quoted;
 use rhytid_core::{Error, Result, Take};
 
+/// No frame and no time is beyond this. Nanoseconds since 1970 are within it.
+const LARGEST: f64 = 1e19;
+
 /// Which columns say when a row is.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct StampColumns {
@@ -91,7 +94,7 @@ impl Stamps {
     /// [`Error::Input`] if a cell is no number or no time code.
     pub(crate) fn push(&mut self, rows: &Rows<'_>) -> Result<()> {
         let number = |column: usize, what: &str| {
-            rows.number(column).filter(|number| number.is_finite()).ok_or_else(|| {
+            rows.number(column).filter(|number| number.abs() <= LARGEST).ok_or_else(|| {
                 let found = quoted(&String::from_utf8_lossy(rows.cell(column)));
                 rows.error(&format!("the {what} is {found}, expected a number"))
             })

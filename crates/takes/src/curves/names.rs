@@ -63,17 +63,17 @@ impl Key {
     pub(super) fn of(name: &str) -> Self {
         // Programs put the object or the group first: `head|blendShape1.jawOpen`.
         let last = name.rsplit(['.', ':', '|', '/']).find(|part| !part.trim().is_empty()).unwrap_or(name);
-        let mut words = words(last);
-        while words.len() > 1 && PREFIXES.contains(&&*words[0]) {
-            words.remove(0);
-        }
+        let words = words(last);
+        let last_word = words.len().saturating_sub(1);
+        let first = words.iter().take(last_word).take_while(|word| PREFIXES.contains(&&***word)).count();
+        let mut words = &words[first..];
         let mut side = None;
-        if words.len() > 1 {
-            if let Some(found) = words.last().and_then(|word| side_of(word)) {
-                words.pop();
+        if let [begins, .., ends] = words {
+            if let Some(found) = side_of(ends) {
+                words = &words[..words.len() - 1];
                 side = Some(found);
-            } else if let Some(found) = side_of(&words[0]) {
-                words.remove(0);
+            } else if let Some(found) = side_of(begins) {
+                words = &words[1..];
                 side = Some(found);
             }
         }

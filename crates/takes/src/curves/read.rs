@@ -52,6 +52,10 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<Curves> {
             )));
         }
         stamps.push(&rows)?;
+        // Rows without weights are short. With too many of them, the curves would be out of proportion.
+        if weights.len() + n > 4 * bytes.len() {
+            return Err(rows.error("the rows are far shorter than the header; the file may be damaged"));
+        }
         let is_empty = columns.curves.iter().all(|&column| rows.cell(column).is_empty());
         empty_rows += usize::from(is_empty);
         for &column in &columns.curves {
@@ -245,6 +249,10 @@ mod tests {
         }
         let cut = decode(b"time,jawOpen,tongueOut\n0,1,0\n0.1,0", "a.csv", None).unwrap();
         assert_eq!(cut.times, [0.0]);
+        let wide = format!("time{}\n", (0..5_000).map(|i| format!(",jawOpen{i}")).collect::<String>());
+        let hostile = wide + &(0..20_000).map(|i| format!("{i}\n")).collect::<String>();
+        let error = decode(hostile.as_bytes(), "a.csv", None).unwrap_err().to_string();
+        assert!(error.contains("the rows are far shorter than the header"), "{error}");
         let per_cent = decode(b"time,jawOpen\n0,80\n", "a.csv", None).unwrap();
         assert!(per_cent.warnings[0].contains("per cent"), "{:?}", per_cent.warnings);
     }

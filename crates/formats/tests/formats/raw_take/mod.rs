@@ -8,7 +8,6 @@ mod ezc3d;
 mod motive;
 mod qualisys;
 mod shared;
-mod tables;
 mod take_csv;
 mod trc;
 

@@ -1,8 +1,30 @@
 //! Tables of markers as other people write them, against values that are written by hand.
-use super::{has_no_rate, read, refused, warns};
-use rhytid_core::RawTake;
-use rhytid_formats::raw_take::{Contents, contents, decode};
+use rhytid_core::{InputErrorKind, RawTake};
+use rhytid_takes::raw_take::{Contents, contents, decode};
 use std::fmt::Write;
+
+/// Reads a file that must be sound.
+#[track_caller]
+fn read(bytes: &[u8], name: &str) -> RawTake {
+    let take = decode(bytes, name, None).unwrap();
+    let tracks = &take.tracks;
+    assert_eq!(tracks.positions.len(), tracks.frames() * tracks.labels.len());
+    assert!(tracks.confidence.as_ref().is_none_or(|c| c.len() == tracks.positions.len()));
+    assert!(tracks.times.windows(2).all(|pair| pair[0] < pair[1]));
+    take
+}
+
+/// The sentence of a file that cannot be read.
+#[track_caller]
+fn refused(bytes: &[u8], name: &str) -> String {
+    let sentence = decode(bytes, name, None).unwrap_err().to_string();
+    assert!(sentence.starts_with(name), "{sentence}");
+    sentence
+}
+
+fn warns(take: &RawTake, words: &str) -> bool {
+    take.warnings.iter().any(|warning| warning.contains(words))
+}
 
 /// Two markers in three frames; `b` is not seen in the second.
 #[track_caller]
@@ -31,7 +53,8 @@ fn a_row_for_each_frame_and_marker_in_any_order_and_spelling() {
     ));
     let no_times = b"frame\tname\tx\ty\tz\n5\ta\t1.5\t2\t3\n5\tb\t4\t5\t6\n6\ta\t1.25\t2\t3\n6\tb\tNaN\tNaN\tNaN\n\
                      7\ta\t1\t2\t-3.5\n7\tb\t4\t4\t4\n";
-    has_no_rate(no_times, "long.csv");
+    let Err(rhytid_core::Error::Input(error)) = decode(no_times, "long.csv", None) else { panic!("no rate") };
+    assert_eq!(error.kind(), &InputErrorKind::NoFrameRate, "{error}");
     is_the_small_take(&decode(no_times, "long.csv", Some(25.0)).unwrap());
 }
 
