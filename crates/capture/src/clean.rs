@@ -8,8 +8,8 @@ use crate::settings::{Settings, Step};
 use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Pose, Report, depth, edits, gaps, gross_strain, head, low_pass, neutral, outliers,
-    poses, proportions, slides, swaps,
+    Axes, Event, Found, Kind, Pose, Report, depth, edits, gaps, gross_strain, head, low_pass, neutral,
+    outliers, poses, proportions, slides, swaps,
 };
 use glam::DVec3;
 use rayon::prelude::*;

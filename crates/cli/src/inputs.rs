@@ -8,8 +8,8 @@ use rhytid::core::{DeviceInfo, human};
 use rhytid::devices::{choose_devices, find_device};
 use rhytid::formats::edits;
 use rhytid::formats::export::Gains;
-use rhytid::formats::take::{self, Missing};
 use rhytid::formats::raw_take::Contents;
+use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, EditedTake, Layers};
 use rhytid::{Error, Face, Result, Rig, Take};
@@ -143,12 +143,7 @@ fn warn_noise(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
 }
 
 /// The same with the noise of its markers.
-fn take_as_it_is(
-    path: &Path,
-    rig: &Rig,
-    reading: &TakeReading,
-    ui: &Ui,
-) -> Result<Take> {
+fn take_as_it_is(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<Take> {
     let TakeReading { missing, setup, elsewhere, space, .. } = reading;
     let contents = raw_take::contents(path);
     if contents == Contents::Curves {

@@ -95,7 +95,8 @@ impl OnMesh {
         let stated = ShapeSpace::stated(space, rig);
         // What a file says of its space may be wrong. Places decide.
         let turns = [stated.turn, Turn::None, Turn::YToZ, Turn::ZToY];
-        let spaces = [stated.scale, 1.0].into_iter().flat_map(|scale| turns.map(|turn| ShapeSpace { scale, turn }));
+        let spaces =
+            [stated.scale, 1.0].into_iter().flat_map(|scale| turns.map(|turn| ShapeSpace { scale, turn }));
         spaces.into_iter().find_map(|space| Self::in_space(neutral, space, rig)).ok_or_else(|| {
             Error::mismatch(format!(
                 "{}: its mesh without shapes is not the rig's mesh at rest; give shapes of the mesh that the rig was \
@@ -117,14 +118,13 @@ impl OnMesh {
             if positions.len() == rest.len() && is_near(&v) {
                 return Some(v);
             }
-            let nearest = (0..positions.len())
-                .map(|w| distance(positions[w], rest[v]))
-                .fold(f64::INFINITY, f64::min);
+            let nearest =
+                (0..positions.len()).map(|w| distance(positions[w], rest[v])).fold(f64::INFINITY, f64::min);
             if nearest > SAME_PLACE * size {
                 return None;
             }
-            let in_place =
-                (0..positions.len()).filter(|w| distance(positions[*w], rest[v]) <= nearest + TOGETHER * size);
+            let in_place = (0..positions.len())
+                .filter(|w| distance(positions[*w], rest[v]) <= nearest + TOGETHER * size);
             let off = |w: &usize| distance(around_mesh.mean[*w], around_rig.mean[v]);
             in_place.min_by(|a, b| off(a).total_cmp(&off(b)))
         };

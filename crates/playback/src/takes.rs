@@ -4,9 +4,9 @@
 use crate::{curve_take, named_shapes};
 use rhytid_capture::{self as capture, Cleaned, Match, Settings, Target, clean, match_by_position};
 use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
-use rhytid_formats::take::Missing;
 use rhytid_formats::raw_take::{self, Contents};
 use rhytid_formats::take;
+use rhytid_formats::take::Missing;
 use std::path::{Path, PathBuf};
 
 /// How raw takes are read and cleaned, and what curves play.

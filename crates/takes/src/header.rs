@@ -51,7 +51,9 @@ impl Table {
         }
         let others = || (0..header.len()).filter(|&i| !stamps.has(i) && !header[i].is_empty());
         let is_table_of_names = stamps.any() && !some_axis && others().next().is_some();
-        if header.iter().any(|cell| curves::is_known(cell)) || is_table_of_names && !is_table_of_rhytid(header) {
+        if header.iter().any(|cell| curves::is_known(cell))
+            || is_table_of_names && !is_table_of_rhytid(header)
+        {
             return Self::Curves;
         }
         Self::Take
@@ -301,7 +303,9 @@ mod tests {
     fn axes_are_read_in_many_spellings() {
         let found = |cell: &str| axis_of(cell).map(|found| (found.label, found.axis, found.unit));
         let of = |label: &str, axis, unit: &str| Some((label.to_owned(), axis, unit.to_owned()));
-        for cell in ["chin_x", "chin.x", "chin X", "X_chin", "chin:X", "chin-x", "chin (x)", "chin[x]", "chinX"] {
+        for cell in
+            ["chin_x", "chin.x", "chin X", "X_chin", "chin:X", "chin-x", "chin (x)", "chin[x]", "chinX"]
+        {
             assert_eq!(found(cell), of("chin", 0, ""), "{cell}");
         }
         assert_eq!(found("brow_left_y"), of("brow_left", 1, ""));

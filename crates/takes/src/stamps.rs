@@ -189,7 +189,8 @@ fn seconds(mut times: Vec<f64>, warnings: &mut Vec<String>) -> Vec<f64> {
     let fitting = steps.filter(|step| MILLISECONDS.contains(step)).count();
     if times.len() > 10 && fitting * 10 > (times.len() - 1) * 9 {
         warnings.push(
-            "the times look like milliseconds and are read as such; give the frame rate if they are not".into(),
+            "the times look like milliseconds and are read as such; give the frame rate if they are not"
+                .into(),
         );
         times.iter_mut().for_each(|time| *time *= 1e-3);
     }

@@ -34,7 +34,8 @@ fn is_the_small_take(take: &RawTake) {
     for (found, expected) in tracks.times.iter().zip([0.0, 0.04, 0.08]) {
         assert!((found - expected).abs() < 1e-12, "{:?}", tracks.times);
     }
-    let expected = [[1.5, 2.0, 3.0], [4.0, 5.0, 6.0], [1.25, 2.0, 3.0], [f64::NAN; 3], [1.0, 2.0, -3.5], [4.0; 3]];
+    let expected =
+        [[1.5, 2.0, 3.0], [4.0, 5.0, 6.0], [1.25, 2.0, 3.0], [f64::NAN; 3], [1.0, 2.0, -3.5], [4.0; 3]];
     for (found, expected) in tracks.positions.iter().flatten().zip(expected.iter().flatten()) {
         assert!(found == expected || found.is_nan() && expected.is_nan(), "{:?}", tracks.positions);
     }
@@ -51,7 +52,8 @@ fn a_row_for_each_frame_and_marker_in_any_order_and_spelling() {
         b"\xEF\xBB\xBFTime (ms);Label;Pos_X;Pos_Y;Pos_Z\n0;a;1,5;2;3\n0;b;4;5;6\n40;a;1,25;2;3\n40;b;;;\n80;a;1;2;-3,5\n80;b;4;4;4\n",
         "long.csv",
     ));
-    let no_times = b"frame\tname\tx\ty\tz\n5\ta\t1.5\t2\t3\n5\tb\t4\t5\t6\n6\ta\t1.25\t2\t3\n6\tb\tNaN\tNaN\tNaN\n\
+    let no_times =
+        b"frame\tname\tx\ty\tz\n5\ta\t1.5\t2\t3\n5\tb\t4\t5\t6\n6\ta\t1.25\t2\t3\n6\tb\tNaN\tNaN\tNaN\n\
                      7\ta\t1\t2\t-3.5\n7\tb\t4\t4\t4\n";
     let Err(rhytid_core::Error::Input(error)) = decode(no_times, "long.csv", None) else { panic!("no rate") };
     assert_eq!(error.kind(), &InputErrorKind::NoFrameRate, "{error}");
@@ -75,10 +77,7 @@ fn a_row_for_each_frame_in_many_spellings() {
             is_the_small_take(&read(table.as_bytes(), "wide.csv"));
         }
     }
-    let take = read(
-        b"frame;note;a_x_mm;a_y_mm;a_z_mm;time\n1;;1,5;2;3;0\n2;;1;2;3;0,04\n",
-        "wide.csv",
-    );
+    let take = read(b"frame;note;a_x_mm;a_y_mm;a_z_mm;time\n1;;1,5;2;3;0\n2;;1;2;3;0,04\n", "wide.csv");
     assert_eq!((take.metres_per_unit, take.tracks.positions[0]), (Some(1e-3), [1.5, 2.0, 3.0]));
     assert!(warns(&take, "1 columns are no positions and are left out: \"note\""), "{:?}", take.warnings);
 }
@@ -116,7 +115,8 @@ fn a_hostile_table_takes_no_room() {
     wide.push('\n');
     let sentence = refused(wide.as_bytes(), "wide.csv");
     assert!(sentence.contains("the rows are far shorter than the header"), "{sentence}");
-    for bytes in [&b"frame,marker,x,y,z\n\xFF,\xFF"[..], b"frame;a.x;a.y;a.z\n;;;", b"x_0,confidence,success"] {
+    for bytes in [&b"frame,marker,x,y,z\n\xFF,\xFF"[..], b"frame;a.x;a.y;a.z\n;;;", b"x_0,confidence,success"]
+    {
         let _ = decode(bytes, "damaged.csv", Some(30.0));
     }
 }

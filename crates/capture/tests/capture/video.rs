@@ -20,7 +20,8 @@ fn video(truth: &[DVec3], labels: &[String]) -> RawTake {
     let mut tracks = Take { labels: labels.to_vec(), ..Take::default() };
     for (f, frame) in truth.chunks(labels.len()).step_by(4).enumerate() {
         let time = f as f64 / 30.0;
-        let turn = DQuat::from_euler(EulerRot::YXZ, 0.25 * (1.1 * time).sin(), 0.15 * (0.7 * time).sin(), 0.0);
+        let turn =
+            DQuat::from_euler(EulerRot::YXZ, 0.25 * (1.1 * time).sin(), 0.15 * (0.7 * time).sin(), 0.0);
         let pixels = 30.0 * (1.0 + 0.15 * (0.9 * time).sin());
         tracks.times.push(time);
         for p in frame {

@@ -75,7 +75,8 @@ fn next(args: &args::Animate) -> String {
     if Format::from_extension(&args.output).is_ok_and(|format| format != Format::Pc2)
         && args.live.listen.is_none()
     {
-        commands.push(format!("rhytid verify {file} --rig {rig} --take {take}{edit}{setup}{shapes}{elsewhere}"));
+        commands
+            .push(format!("rhytid verify {file} --rig {rig} --take {take}{edit}{setup}{shapes}{elsewhere}"));
     }
     output::next(&commands)
 }
@@ -388,7 +389,9 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         (args.force, "--force"),
     ];
     if args.compressed && args.reading.shapes_to_write().is_some() {
-        return Err(Error::conflict("--compressed and --shapes N are two ways to write few shapes; give one"));
+        return Err(Error::conflict(
+            "--compressed and --shapes N are two ways to write few shapes; give one",
+        ));
     }
     let kinds = args.channels.0.kinds().filter(|kind| !kind.is_default() && !format.carries(*kind));
     if let Some(kind) = kinds.into_iter().next() {

@@ -101,7 +101,8 @@ fn shapes_of_every_kind_of_file_move_the_handles_alike() {
         }
         let verify = "verify a.usda --rig face.safetensors --take curves.csv";
         fixture.done(&format!("{verify} --shapes {shapes}"));
-        fixture.refused(verify, &["was made with shapes that curves weigh; give the same with --shapes SHAPES"]);
+        fixture
+            .refused(verify, &["was made with shapes that curves weigh; give the same with --shapes SHAPES"]);
     }
 }
 
@@ -121,10 +122,8 @@ fn what_cannot_be_played_is_one_sentence() {
         "animate face.safetensors take.csv --shapes poses -o out/a.usda",
         &["take.csv: is a take of places, so that --shapes poses changes nothing"],
     );
-    fixture.refused(
-        "animate face.safetensors curves.csv --shapes nothing.glb -o out/a.usda",
-        &["nothing.glb"],
-    );
+    fixture
+        .refused("animate face.safetensors curves.csv --shapes nothing.glb -o out/a.usda", &["nothing.glb"]);
     fixture.refused(
         "animate face.safetensors curves.csv --shapes out -o out/a.usda",
         &["out: has no shapes, expected a file with blend shapes"],

@@ -216,7 +216,8 @@ mod tests {
     fn curves_find_their_shapes() {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         let shapes = names(&["jawOpen", "mouthSmile_L", "mouthSmile_R", "browInnerUp_L", "browInnerUp_R"]);
-        let curves = names(&["JawOpen", "MouthSmileLeft", "BrowInnerUp", "TongueOut", "mouthSmile", "jaw_open"]);
+        let curves =
+            names(&["JawOpen", "MouthSmileLeft", "BrowInnerUp", "TongueOut", "mouthSmile", "jaw_open"]);
         let found = meant(&curves, &shapes);
         // A curve without a side takes only what no other curve moves: the right smile.
         assert_eq!(found.shapes, [vec![0], vec![1], vec![3, 4], vec![], vec![2], vec![]]);

@@ -73,7 +73,8 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<Curves> {
     }
     let times = stamps.times(rate, &mut warnings).map_err(|error| error.in_file(name))?;
     let names: Vec<String> = columns.curves.iter().map(|&column| rows.header()[column].clone()).collect();
-    let mut curves = Curves { names, times: times.times, weights: rows_of(&weights, n, &times.kept), warnings };
+    let mut curves =
+        Curves { names, times: times.times, weights: rows_of(&weights, n, &times.kept), warnings };
     fill(&mut curves.weights, n);
     if empty_rows > 0 {
         curves.warnings.push(format!(

@@ -32,8 +32,8 @@ enum Kind {
 }
 
 /// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV, the take's own CSV or another table of markers. The
-/// first bytes tell the format, and otherwise the extension does. `rate`, in frames per second, replaces the rate of the file. (A
-/// take's CSV has times instead of a rate.)
+/// first bytes tell the format, and otherwise the extension does. `rate`, in frames per second, replaces the
+/// rate of the file. (A take's CSV has times instead of a rate.)
 ///
 /// # Errors
 /// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers,

@@ -79,8 +79,7 @@ fn position(rows: &Rows<'_>, columns: [usize; 3]) -> Result<Option<[f64; 3]>> {
 
 /// Whether a cell stands for “no number”.
 fn says_missing(cell: &[u8]) -> bool {
-    const WORDS: [&[u8]; 9] =
-        [b"", b"-", b"na", b"n/a", b"null", b"none", b"missing", b"#n/a", b"nil"];
+    const WORDS: [&[u8]; 9] = [b"", b"-", b"na", b"n/a", b"null", b"none", b"missing", b"#n/a", b"nil"];
     WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word)) || cell.contains(&b'#')
 }
 

@@ -20,9 +20,8 @@ const SURE: f64 = 0.8;
 pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
     let mut rows = Rows::separated(bytes, name)?;
     let place = |wanted: &str| rows.header().iter().position(|cell| cell == wanted);
-    let landmark = |i: usize| {
-        Some([place(&format!("X_{i}"))?, place(&format!("Y_{i}"))?, place(&format!("Z_{i}"))?])
-    };
+    let landmark =
+        |i: usize| Some([place(&format!("X_{i}"))?, place(&format!("Y_{i}"))?, place(&format!("Z_{i}"))?]);
     let Some(columns) = (0..LANDMARKS).map(landmark).collect::<Option<Vec<_>>>() else {
         return Err(Error::unsupported_format(format!(
             "{name}: is of OpenFace, but lacks the landmarks in millimetres, X_0 to Z_67; run OpenFace again with \
