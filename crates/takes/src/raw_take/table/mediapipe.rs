@@ -12,6 +12,9 @@ const NORMALISED: f64 = 4.0;
 /// A face with less depth than this part of its width has lost its depth.
 const FLAT: f64 = 0.05;
 
+/// The height of MediaPipe's own face in millimetres, from the highest landmark to the lowest.
+const HEIGHT: f64 = 176.7;
+
 /// MediaPipe's own face: the height from landmark 10 to 152, as a part of the width from 234 to 454.
 const PROPORTION: f64 = 17.67 / 15.33;
 
@@ -25,7 +28,8 @@ pub(crate) fn is_face_mesh<'a>(labels: impl ExactSizeIterator<Item = &'a str>) -
 }
 
 /// Whether the labels are MediaPipe's landmarks. If they are, they become `mesh0` and so on. The positions get
-/// equal axes: x to the right of the image, y up and z to the camera.
+/// equal axes: x to the right of the image, y up and z to the camera. The face gets a usual height, in
+/// millimetres.
 pub(super) fn recognise(found: &mut Found) -> bool {
     let Some(numbers) = numbers(&found.labels) else { return false };
     found.labels = numbers.iter().map(|number| format!("mesh{number}")).collect();
@@ -39,6 +43,10 @@ pub(super) fn recognise(found: &mut Found) -> bool {
     };
     for (frame, [x, y, z]) in found.positions.chunks_exact_mut(m).zip(scales) {
         frame.iter_mut().for_each(|p| *p = [p[0] * x, -p[1] * y, -p[2] * z]);
+    }
+    if let Some(height) = height(found, m).filter(|height| *height > 0.0) {
+        found.positions.as_flattened_mut().iter_mut().for_each(|x| *x *= HEIGHT / height);
+        found.unit = "mm".into();
     }
     if let Some(depth) = depth(found, &numbers).filter(|depth| *depth < FLAT) {
         found.warnings.push(format!(
@@ -105,6 +113,17 @@ fn fitting(found: &Found, numbers: &[usize]) -> [f64; 2] {
     let aspect = if aspects.is_empty() { 16.0 / 9.0 } else { median(&mut aspects) };
     let off = |[w, h]: &[f64; 2]| (w / h / aspect).ln().abs();
     IMAGES.into_iter().min_by(|a, b| off(a).total_cmp(&off(b))).unwrap_or([1.0, 1.0])
+}
+
+/// The median height of the face; `None` where no frame shows all landmarks.
+fn height(found: &Found, m: usize) -> Option<f64> {
+    let height = |frame: &[[f64; 3]]| {
+        let bound = |of: fn(f64, f64) -> f64, from: f64| frame.iter().map(|p| p[1]).fold(from, of);
+        bound(f64::max, f64::NEG_INFINITY) - bound(f64::min, f64::INFINITY)
+    };
+    let whole = found.positions.chunks_exact(m).filter(|frame| frame.iter().all(|p| p[1].is_finite()));
+    let mut heights: Vec<f64> = whole.map(height).collect();
+    if heights.is_empty() { None } else { Some(median(&mut heights)) }
 }
 
 /// The depth from the nose's tip to the ears, as a part of the face's width; `None` where they are not seen.
