@@ -70,7 +70,11 @@ fn next(args: &args::Animate) -> String {
     let setup = option("--setup", &args.reading.setup);
     let shapes = option("--shapes", &args.reading.shapes_of_curves().map(Path::to_owned));
     let elsewhere = args.reading.elsewhere.again();
-    let mut commands = vec![format!("rhytid view {rig} {take}{edit}")];
+    let mut commands = Vec::new();
+    // The window plays no other shapes than the rig's examples.
+    if shapes.is_empty() {
+        commands.push(format!("rhytid view {rig} {take}{edit}"));
+    }
     // A point cache says nothing about how it was made.
     if Format::from_extension(&args.output).is_ok_and(|format| format != Format::Pc2)
         && args.live.listen.is_none()
