@@ -9,8 +9,8 @@ use crate::settings::{Settings, Step};
 use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Pose, Report, edits, gaps, gross_strain, head, low_pass, neutral, outliers,
-    plausible, poses, proportions, shuffles, slides, swaps, unmeasured,
+    Axes, Event, Found, Kind, Pose, Report, depth, edits, gaps, gross_strain, head, low_pass, neutral,
+    outliers, plausible, poses, proportions, shuffles, slides, swaps, unmeasured,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -64,13 +64,14 @@ pub fn clean(
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     };
     step(0)?;
-    let RawTake { tracks: mut file, metres_per_unit, in_head_space, warnings, .. } = raw;
+    let RawTake { tracks: mut file, metres_per_unit, in_head_space, is_video, warnings, .. } = raw;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
     let mut matched = match_labels(&target.labels, &file.labels, settings)?;
     warnings.extend(matched.warning.take().map(Warning::from));
     if file.frames() == 0 {
         return Err(Error::empty("the take has no frames"));
     }
+    let frames = file.frames();
     let mut events = filled_before(&file, &matched.columns);
     let mut tracks = Tracks::new(&mut file);
     events.extend(edits::apply(&mut tracks, &settings.edits, &target.labels, &file.labels, &matched)?);
@@ -78,10 +79,10 @@ pub fn clean(
     let unmeasured = unmeasured::leave_out(&mut matched, &tracks, &file.labels);
     warnings.extend(unmeasured.into_iter().map(Warning::from));
     let (head, rigid) =
-        without_head(&mut tracks, &matched, &file.labels, in_head_space, settings, &mut warnings)?;
+        without_head(&mut tracks, &matched, &file.labels, in_head_space, is_video, settings, &mut warnings)?;
     step(2)?;
     let motions = head.as_ref().map(|head| &head.motions[..]);
-    let stated = Stated { metres_per_unit, in_head_space };
+    let stated = Stated { metres_per_unit, in_head_space, is_video };
     let place = Place::find(&tracks, &matched.columns, motions, stated, target, settings, &mut warnings)?;
     let mut tracks = on_the_rig(tracks, &matched.columns, &place.to_rig);
     step(3)?;
@@ -90,6 +91,9 @@ pub fn clean(
     let displaced = displacements(&mut tracks, &place, target, settings, &mut warnings);
     let noise = noise(&tracks);
     let filled = fill_gaps(&mut tracks, &events, target, settings, noise);
+    if is_video {
+        depth::steady(&mut tracks, &to_camera(head.as_ref(), &place, frames));
+    }
     events.extend(steps(&tracks, &filled, target));
     step(5)?;
     let noise_mm = noise * 3.0_f64.sqrt() * target.millimetres();
@@ -109,7 +113,6 @@ pub fn clean(
         None => {}
     }
 
-    let frames = tracks.frames();
     let report = Report {
         labels: target.labels.clone(),
         frames,
@@ -147,6 +150,15 @@ fn without_mirror_image<'a>(raw: &mut RawTake, settings: &'a Settings) -> Cow<'a
         }
         None => Cow::Borrowed(settings),
     }
+}
+
+/// The direction of a video's camera on the rig in each frame. The camera looks along the file's z.
+fn to_camera(head: Option<&Head>, place: &Place, frames: usize) -> Vec<DVec3> {
+    let of_frame = |f: usize| {
+        let turn = head.map_or(Similarity::IDENTITY, |head| head.motions[f]).rotation;
+        place.to_rig.rotation * turn.conjugate() * DVec3::Z
+    };
+    (0..frames).map(of_frame).collect()
 }
 
 /// RMS distance of the rigid markers from the head's motion in each frame, in millimetres; 0 without a fit.
@@ -203,6 +215,7 @@ fn without_head(
     matched: &Matched,
     labels: &[String],
     in_head_space: bool,
+    is_video: bool,
     settings: &Settings,
     warnings: &mut Vec<Warning>,
 ) -> Result<(Option<Head>, Vec<usize>)> {
@@ -217,7 +230,7 @@ fn without_head(
         return Ok((None, rigid));
     }
     warnings.extend(said.into_iter().map(Warning::from));
-    let mut head = head::stabilise(tracks, &fitted, &stiff, &face, extent).ok_or_else(|| {
+    let mut head = head::stabilise(tracks, &fitted, &stiff, &face, extent, is_video).ok_or_else(|| {
         Error::no_fit(
             "the head's motion cannot be found: it needs a frame that shows at least three markers that are \
              not on one line",

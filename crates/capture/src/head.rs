@@ -10,7 +10,7 @@ use rhytid_geometry::registration::fit_robustly;
 /// its motion.
 #[derive(Debug, Clone)]
 pub(crate) struct Head {
-    /// From local space to the file's, one per frame; rigid.
+    /// From local space to the file's, one per frame; rigid, but with a scale where the take is from a video.
     pub motions: Vec<Similarity>,
     /// RMS distance of the markers from where the motion puts them, in the file's unit; 0 in frames without a
     /// fit.
@@ -33,17 +33,22 @@ pub(crate) const FACE_TOLERANCE: f64 = 0.02;
 
 /// The head's motion from the columns `rigid`. The columns `stiff` of the columns `face` are used if `rigid`
 /// is empty, and in frames in which fewer than three rigid markers are seen. Where too few of these are seen,
-/// all of `face` are used. `extent` is the face's. `None` where no frame has enough markers.
+/// all of `face` are used. `extent` is the face's. With `with_scale`, each frame has a scale of its own, as in a
+/// video. `None` where no frame has enough markers.
 pub(crate) fn stabilise(
     tracks: &Tracks,
     rigid: &[usize],
     stiff: &[usize],
     face: &[usize],
     extent: f64,
+    with_scale: bool,
 ) -> Option<Head> {
-    let from_face = || from_face(tracks, stiff, face, extent);
-    let first =
-        if rigid.is_empty() { from_face()? } else { fitted(tracks, rigid, RIGID_TOLERANCE * extent)? };
+    let from_face = || from_face(tracks, stiff, face, extent, with_scale);
+    let first = if rigid.is_empty() {
+        from_face()?
+    } else {
+        fitted(tracks, rigid, RIGID_TOLERANCE * extent, with_scale)?
+    };
     let unseen: Vec<usize> = (0..first.len()).filter(|&f| first[f].is_none()).collect();
     let second = if unseen.is_empty() || rigid.is_empty() { None } else { from_face() };
     let residuals = first.iter().map(|fit| fit.map_or(0.0, |(_, rms)| rms)).collect();
@@ -52,12 +57,18 @@ pub(crate) fn stabilise(
 }
 
 /// The motion of the stiff columns. Where too few of these are seen, that of the whole face.
-fn from_face(tracks: &Tracks, stiff: &[usize], face: &[usize], extent: f64) -> Option<Vec<Fit>> {
-    let all = || fitted(tracks, face, FACE_TOLERANCE * extent);
+fn from_face(
+    tracks: &Tracks,
+    stiff: &[usize],
+    face: &[usize],
+    extent: f64,
+    with_scale: bool,
+) -> Option<Vec<Fit>> {
+    let all = || fitted(tracks, face, FACE_TOLERANCE * extent, with_scale);
     if stiff.len() == face.len() {
         return all();
     }
-    let Some(mut fits) = fitted(tracks, stiff, RIGID_TOLERANCE * extent) else { return all() };
+    let Some(mut fits) = fitted(tracks, stiff, RIGID_TOLERANCE * extent, with_scale) else { return all() };
     if fits.iter().any(Option::is_none)
         && let Some(all) = all()
     {
@@ -79,7 +90,12 @@ fn motions(fits: &[Fit]) -> Vec<Option<Similarity>> {
 pub(crate) type Fit = Option<(Similarity, f64)>;
 
 /// The motion of the columns in each frame, with its RMS residual.
-pub(crate) fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Option<Vec<Fit>> {
+pub(crate) fn fitted(
+    tracks: &Tracks,
+    columns: &[usize],
+    tolerance: f64,
+    with_scale: bool,
+) -> Option<Vec<Fit>> {
     let frame = |f: usize| -> Vec<DVec3> { columns.iter().map(|&c| tracks.columns[c][f]).collect() };
     let frames = sampled(tracks.frames());
     let seen_in = |f: usize| columns.iter().filter(|&&c| seen(tracks.columns[c][f])).count();
@@ -93,7 +109,7 @@ pub(crate) fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Opti
             .par_iter()
             .filter_map(|&f| {
                 let frame = frame(f);
-                let back = fit_robustly(&reference, &frame, false, tolerance)?.0.inverse();
+                let back = fit_robustly(&reference, &frame, with_scale, tolerance)?.0.inverse();
                 Some(frame.into_iter().map(|p| back.apply(p)).collect())
             })
             .collect();
@@ -105,7 +121,7 @@ pub(crate) fn fitted(tracks: &Tracks, columns: &[usize], tolerance: f64) -> Opti
             .collect();
     }
     let fits = (0..tracks.frames()).into_par_iter();
-    Some(fits.map(|f| fit_robustly(&reference, &frame(f), false, tolerance)).collect())
+    Some(fits.map(|f| fit_robustly(&reference, &frame(f), with_scale, tolerance)).collect())
 }
 
 /// So many frames of all columns that sets of markers can be compared.
@@ -156,7 +172,7 @@ fn complete(motions: &[Option<Similarity>], other: Option<&[Option<Similarity>]>
 
 fn between(a: &Similarity, b: &Similarity, s: f64) -> Similarity {
     Similarity {
-        scale: 1.0,
+        scale: a.scale + s * (b.scale - a.scale),
         rotation: a.rotation.slerp(b.rotation, s).normalize(),
         translation: a.translation.lerp(b.translation, s),
     }
@@ -177,20 +193,22 @@ pub(crate) fn centre(tracks: &Tracks, columns: &[usize], motions: &[Similarity])
 /// head. Its path is smoothed instead of the translation, since a small rotation moves a far point a long
 /// way.
 pub(crate) fn smooth(motions: &mut [Similarity], centre: DVec3, cutoff: f64, rate: f64) {
-    let mut columns: [Vec<f64>; 7] = Default::default();
+    let mut columns: [Vec<f64>; 8] = Default::default();
     let mut before = DQuat::IDENTITY;
     for motion in motions.iter() {
         // A quaternion and its negative are the same turn.
         let rotation = if before.dot(motion.rotation) < 0.0 { -motion.rotation } else { motion.rotation };
         before = rotation;
         let numbers = rotation.to_array().into_iter().chain(motion.apply(centre).to_array());
+        let numbers = numbers.chain([motion.scale]);
         columns.iter_mut().zip(numbers).for_each(|(column, x)| column.push(x));
     }
     columns.par_iter_mut().for_each(|column| low_pass(column, cutoff, rate));
     for (f, motion) in motions.iter_mut().enumerate() {
-        let [x, y, z, w, cx, cy, cz] = std::array::from_fn(|i| columns[i][f]);
+        let [x, y, z, w, cx, cy, cz, scale] = std::array::from_fn(|i| columns[i][f]);
         motion.rotation = DQuat::from_xyzw(x, y, z, w).normalize();
-        motion.translation = DVec3::new(cx, cy, cz) - motion.rotation * centre;
+        motion.scale = scale;
+        motion.translation = DVec3::new(cx, cy, cz) - motion.rotation * (scale * centre);
     }
 }
 
@@ -249,7 +267,7 @@ mod tests {
         let mut tracks = tracks(600);
         tracks.columns[1][50] += DVec3::splat(40.0);
         (100..200).for_each(|f| tracks.columns[0][f] = DVec3::NAN);
-        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
+        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0, false).unwrap();
         assert!(error(&head) < 1e-6 && head.unseen.is_empty(), "{}", error(&head));
         assert!(head.residuals.iter().all(|r| *r < 1e-6));
     }
@@ -258,7 +276,7 @@ mod tests {
     fn the_face_stands_in_where_the_cap_is_lost() {
         let mut tracks = tracks(600);
         (0..3).for_each(|c| tracks.columns[c][250..400].fill(DVec3::NAN));
-        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
+        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0, false).unwrap();
         assert_eq!(head.unseen, (250..400).collect::<Vec<_>>());
         // Five of the face's six markers keep still. A line between the ends would be off by more than 10.
         assert!(error(&head) < 2.5, "{}", error(&head));
@@ -273,7 +291,7 @@ mod tests {
         let mut tracks = tracks(100);
         tracks.columns.iter_mut().for_each(|column| column[40..60].fill(DVec3::NAN));
         tracks.columns.iter_mut().for_each(|column| column[90..].fill(DVec3::NAN));
-        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
+        let head = stabilise(&tracks, &[0, 1, 2, 3], &FACE, &FACE, 150.0, false).unwrap();
         let (a, b) = (head.motions[39].translation, head.motions[60].translation);
         assert!(head.motions[50].translation.distance(a.lerp(b, 11.0 / 21.0)) < 1e-9);
         assert_eq!(head.motions[99], head.motions[89]);
@@ -281,7 +299,7 @@ mod tests {
 
     #[test]
     fn smoothing_takes_noise_and_leaves_motion() {
-        let exact = stabilise(&tracks(600), &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
+        let exact = stabilise(&tracks(600), &[0, 1, 2, 3], &FACE, &FACE, 150.0, false).unwrap();
         let mut noisy = tracks(600);
         let mut state = 1_u64;
         let mut noise = || {
@@ -291,7 +309,7 @@ mod tests {
         for p in noisy.columns.iter_mut().flatten() {
             *p += DVec3::new(noise(), noise(), noise()) * 0.3;
         }
-        let mut head = stabilise(&noisy, &[0, 1, 2, 3], &FACE, &FACE, 150.0).unwrap();
+        let mut head = stabilise(&noisy, &[0, 1, 2, 3], &FACE, &FACE, 150.0, false).unwrap();
         let rough = error(&head);
         smooth(&mut head.motions, DVec3::ZERO, 8.0, 100.0);
         assert!(error(&head) < 0.7 * rough, "{} {rough}", error(&head));

@@ -88,7 +88,7 @@ pub(crate) fn find(
     extent: f64,
 ) -> Result<HeadMarkers> {
     let few = thinned(tracks);
-    let own = fitted(&few, face, FACE_TOLERANCE * extent);
+    let own = fitted(&few, face, FACE_TOLERANCE * extent, false);
     let stiff = own.as_ref().and_then(|own| stiff(&few, face, own, extent));
     let stiff = stiff.unwrap_or_else(|| face.to_vec());
     let mut found = HeadMarkers { rigid: Vec::new(), fitted: Vec::new(), stiff, warnings: Vec::new() };
@@ -253,7 +253,7 @@ fn tried(
     own: Option<&[Fit]>,
     extent: f64,
 ) -> Option<Tried> {
-    let fits = fitted(few, &columns, RIGID_TOLERANCE * extent)?;
+    let fits = fitted(few, &columns, RIGID_TOLERANCE * extent, false)?;
     // Where the face has no fit of its own, there is nothing to compare with.
     let Some(own) = own else { return Some(Tried { columns, varies, left: 0.0, limit: 0.0 }) };
     // Only frames that both explain are compared.

@@ -24,6 +24,7 @@
 mod by_position;
 mod clean;
 pub mod coverage;
+mod depth;
 mod edits;
 mod events;
 mod gaps;

@@ -107,7 +107,7 @@ impl Online {
         let HeadMarkers { fitted, stiff, warnings: said, .. } =
             head_markers::find(&tracks, &face, &matched.others, &labels, &settings, size)?;
         warnings.extend(said.into_iter().map(Warning::from));
-        let found = head::stabilise(&tracks, &fitted, &stiff, &face, size).ok_or_else(|| {
+        let found = head::stabilise(&tracks, &fitted, &stiff, &face, size, raw.is_video).ok_or_else(|| {
             Error::no_fit(
                 "the head's motion cannot be found: it needs a frame that shows at least three markers that \
                  are not on one line",
@@ -128,7 +128,8 @@ impl Online {
         };
         let bodies =
             vec![body(&fitted, RIGID_TOLERANCE), body(&stiff, RIGID_TOLERANCE), body(&face, FACE_TOLERANCE)];
-        let stated = Stated { metres_per_unit: raw.metres_per_unit, in_head_space: false };
+        let stated =
+            Stated { metres_per_unit: raw.metres_per_unit, in_head_space: false, is_video: raw.is_video };
         let place = Place::find(
             &tracks,
             &matched.columns,

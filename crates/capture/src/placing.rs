@@ -17,6 +17,8 @@ pub(crate) struct Stated {
     pub metres_per_unit: Option<f64>,
     /// Whether the markers are already on the rig.
     pub in_head_space: bool,
+    /// Whether the take is from a video.
+    pub is_video: bool,
 }
 
 /// A unit of length.
@@ -99,7 +101,7 @@ impl Place {
                 )
             })?;
             let turned = head.map_or(Similarity::IDENTITY, |head| head[(neutral.start + neutral.end) / 2]);
-            unit = self::unit(stated.metres_per_unit, settings, mesh, &fitted, warnings);
+            unit = self::unit(stated, settings, mesh, &fitted, warnings);
             axes = settings.axes.unwrap_or_else(|| {
                 Axes::nearest(DMat3::from_quat(fitted.rotation * turned.rotation.conjugate()))
             });
@@ -181,7 +183,7 @@ fn unsure(neutral: &Range<usize>, rival: Option<&Rival>, is_doubtful: bool) -> O
 /// The file's unit: the stated one, else the one that suits. `fitted` takes the file's space to the mesh's,
 /// whose unit is `mesh` metres.
 fn unit(
-    stated: Option<f64>,
+    stated: Stated,
     settings: &Settings,
     mesh: f64,
     fitted: &Similarity,
@@ -192,7 +194,11 @@ fn unit(
         return Unit::known(given);
     }
     let scale = |unit: f64| unit / (mesh * fitted.scale);
-    if let Some(stated) = stated {
+    if stated.is_video && stated.metres_per_unit.is_none() {
+        // A video tells no size, so the actor has the rig's.
+        return Unit { metres: mesh * fitted.scale, is_guessed: true };
+    }
+    if let Some(stated) = stated.metres_per_unit {
         if (0.4..2.5).contains(&scale(stated)) {
             return Unit::known(stated);
         }

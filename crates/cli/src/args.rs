@@ -38,7 +38,7 @@ pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
 use values::parse_rate;
-pub(crate) use values::{Elsewhere, HeadChoice, Json, StageChoice, UnitChoice};
+pub(crate) use values::{Elsewhere, HeadChoice, Json, ShapesChoice, StageChoice, UnitChoice};
 #[cfg(feature = "view")]
 pub(crate) use view::View;
 
@@ -478,6 +478,10 @@ pub(crate) struct Verify {
     /// For a raw take: the setup that `animate` was given.
     #[arg(long, value_name = "TAKE.toml")]
     pub setup: Option<PathBuf>,
+
+    /// For curves: the shapes that `animate` was given.
+    #[arg(long, value_name = "SHAPES")]
+    pub shapes: Option<PathBuf>,
 
     #[command(flatten)]
     pub elsewhere: Elsewhere,

@@ -8,6 +8,7 @@ use rhytid::core::{DeviceInfo, human};
 use rhytid::devices::{choose_devices, find_device};
 use rhytid::formats::edits;
 use rhytid::formats::export::Gains;
+use rhytid::formats::raw_take::Contents;
 use rhytid::formats::take::{self, Missing};
 use rhytid::formats::{FileKind, Reach, raw_take};
 use rhytid::playback::{self, CleanUp, EditedTake, Layers};
@@ -86,7 +87,7 @@ pub(crate) fn expect(path: &Path, expected: &[FileKind], usage: &str) -> Result<
 /// As [`expect`].
 pub(crate) fn rig_and_take(rig: &Path, take: &Path, usage: &str) -> Result<()> {
     expect(rig, &[FileKind::Rig], usage)?;
-    expect(take, &[FileKind::Take, FileKind::RawTake], usage)
+    expect(take, &[FileKind::Take, FileKind::RawTake, FileKind::Curves], usage)
 }
 
 /// A project file.
@@ -142,14 +143,20 @@ fn warn_noise(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
 }
 
 /// The same with the noise of its markers.
-fn take_as_it_is(
-    path: &Path,
-    rig: &Rig,
-    TakeReading { missing, setup, soft_markers: _, force, elsewhere, space }: &TakeReading,
-    ui: &Ui,
-) -> Result<Take> {
-    let is_clean = raw_take::is_take_csv(path);
+fn take_as_it_is(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<Take> {
+    let TakeReading { missing, setup, elsewhere, space, force, .. } = reading;
+    let contents = raw_take::contents(path);
+    if contents == Contents::Curves {
+        return curves(path, rig, reading, ui);
+    }
+    let is_clean = contents == Contents::Take;
     let refused = |what: &str| Err(Error::conflict(format!("{}: {what}", path.display())));
+    if let Some(shapes) = reading.shapes_of_curves() {
+        let shapes = shapes.display();
+        return refused(&format!(
+            "is a take of places, so that --shapes {shapes} changes nothing; leave it out, or give curves"
+        ));
+    }
     let known = self::setup(setup.as_deref(), elsewhere.reach())?;
     if let Some(setup) = setup.as_ref().filter(|_| is_clean && known.detail.is_empty()) {
         return refused(&format!(
@@ -210,6 +217,26 @@ fn take_as_it_is(
         ui.line(&format!("warning: {}: {misfit}; {remedy}", path.display()));
     }
     Ok(take)
+}
+
+/// The take that curves make of shapes.
+fn curves(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<Take> {
+    let TakeReading { missing, setup, elsewhere, space, .. } = reading;
+    let refused = |what: &str| Err(Error::conflict(format!("{}: holds curves, {what}", path.display())));
+    if space.take_unit.is_some() || space.take_axes.is_some() {
+        return refused("which have no unit and no axes; leave --take-unit and --take-axes out");
+    }
+    if let Some(setup) = setup.as_ref()
+        && self::setup(Some(setup), elsewhere.reach())?.detail.is_empty()
+    {
+        return refused(&format!(
+            "so that --setup {} changes nothing; leave it out, and give a rate with --take-rate",
+            setup.display()
+        ));
+    }
+    let shapes = reading.shapes_of_curves().map(Path::to_owned);
+    let clean_up = CleanUp { rate: space.take_rate, shapes, ..CleanUp::default() };
+    playback::read_take(path, rig, (*missing).into(), &clean_up, ui)
 }
 
 /// A take with the edits of a file, if there is one.

@@ -14,6 +14,9 @@ pub struct RawTake {
     pub in_head_space: bool,
     /// The take's place in the recording session.
     pub recording: Recording,
+    /// Whether the markers are landmarks that a program found in a video, with z pointing to the camera. Such
+    /// frames have no common scale, and their depth is less sure than their place in the image.
+    pub is_video: bool,
     /// What the reader had to assume or to repair, one sentence each.
     pub warnings: Vec<String>,
 }

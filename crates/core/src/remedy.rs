@@ -16,6 +16,8 @@ listed! {
         HoldMissing,
         /// Say how many frames a second of the take has.
         GiveRate,
+        /// Give the shapes that curves weigh.
+        GiveShapes,
         /// Write fewer frames.
         FewerFrames,
         /// Compress the frames to few morph targets, within an error.

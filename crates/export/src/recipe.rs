@@ -341,6 +341,9 @@ pub struct Treatment {
     /// it names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setup_hash: Option<String>,
+    /// The hash of the shapes that curves weighed; `None` for the rig's own examples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shapes_hash: Option<String>,
     /// Whether the noise of the markers was taken out.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub soft_markers: bool,

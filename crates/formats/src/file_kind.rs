@@ -1,7 +1,7 @@
 //! The kind of a file, by its name and its first bytes. It serves messages about two files that were given
 //! the wrong way round.
 
-use rhytid_takes::raw_take;
+use rhytid_takes::raw_take::{self, Contents};
 use std::fmt;
 use std::io::Read;
 use std::path::Path;
@@ -24,6 +24,8 @@ pub enum FileKind {
     Take,
     /// What a capture system wrote.
     RawTake,
+    /// Weights of shapes over time.
+    Curves,
     /// A table of handles.
     Handles,
     /// A report, as JSON.
@@ -53,8 +55,12 @@ impl FileKind {
             "glb" | "gltf" | "vrm" => Some(Self::Gltf),
             "json" => Some(Self::Json),
             "csv" if has("vertex") => Some(Self::Handles),
-            "csv" if raw_take::is_take_csv(path) => Some(Self::Take),
-            "csv" | "c3d" | "trc" | "tsv" => Some(Self::RawTake),
+            "csv" => Some(match raw_take::contents(path) {
+                Contents::Take => Self::Take,
+                Contents::Raw => Self::RawTake,
+                Contents::Curves => Self::Curves,
+            }),
+            "c3d" | "trc" | "tsv" => Some(Self::RawTake),
             _ => None,
         }
     }
@@ -70,6 +76,7 @@ impl fmt::Display for FileKind {
             Self::Usd => "a USD file",
             Self::Take => "a take",
             Self::RawTake => "a raw take",
+            Self::Curves => "a table of curves",
             Self::Handles => "a table of handles",
             Self::Json => "a JSON file",
         })

@@ -1,7 +1,7 @@
 //! Files in and out of Rhytid, each opened by its extension.
 //!
 //! These are read: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]),
-//! capture files ([`raw_take`]), the project file ([`project`]) and edits ([`edits`]). Animations
+//! capture files ([`raw_take`]), weights of shapes ([`curves`]), the project file ([`project`]) and edits ([`edits`]). Animations
 //! ([`animation`]) are written and read back. Code that the animation formats share is in [`export`]; USD
 //! layers are in [`usd`].
 //!
@@ -63,5 +63,5 @@ pub use rhytid_core::{Reach, named_file, named_output, refuse_inputs};
 pub use rhytid_export as export;
 pub use rhytid_meshes as mesh;
 pub use rhytid_projects::{edits, project};
-pub use rhytid_takes::{raw_take, tables, take};
+pub use rhytid_takes::{curves, raw_take, tables, take};
 pub use rhytid_usd as usd;

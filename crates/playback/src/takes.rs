@@ -1,13 +1,15 @@
-//! Takes for a rig. Rhytid's own CSV is read as it is, and files of capture systems go through the whole
-//! clean-up.
+//! Takes for a rig. Rhytid's own CSV is read as it is, curves play shapes, and files of capture systems go
+//! through the whole clean-up.
 
+use crate::{curve_take, named_shapes};
 use rhytid_capture::{self as capture, Cleaned, Match, Settings, Target, clean, match_by_position};
-use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning};
+use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
+use rhytid_formats::raw_take::{self, Contents};
+use rhytid_formats::take;
 use rhytid_formats::take::Missing;
-use rhytid_formats::{raw_take, take};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// How raw takes are read and cleaned.
+/// How raw takes are read and cleaned, and what curves play.
 #[derive(Debug, Clone, Default)]
 pub struct CleanUp {
     /// Frames per second, in place of what the file says.
@@ -16,13 +18,17 @@ pub struct CleanUp {
     pub world: bool,
     /// The steps, and settings for the actor and the session.
     pub settings: Settings,
+    /// The shapes that curves weigh: a glTF or USD file with blend shapes, a folder of meshes or a pattern of
+    /// their names, a project file, or another rig. `None` for the rig's own examples.
+    pub shapes: Option<PathBuf>,
 }
 
-/// The take in a file, with all of the rig's handles in every frame. `clean_up` is for raw takes. `missing`
-/// is for Rhytid's own CSV.
+/// The take in a file, with all of the rig's handles in every frame. `clean_up` is for raw takes and curves.
+/// `missing` is for Rhytid's own CSV.
 ///
 /// # Errors
-/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps.
+/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps. For curves, [`Error::Input`] if
+/// there are no shapes, or none of the curves' names.
 pub fn read_take(
     path: &Path,
     rig: &Rig,
@@ -30,8 +36,15 @@ pub fn read_take(
     clean_up: &CleanUp,
     progress: &dyn Progress,
 ) -> Result<Take> {
-    if raw_take::is_take_csv(path) {
-        return reading(progress, || take::read(path, Some(&rig.handles().labels), missing));
+    match raw_take::contents(path) {
+        Contents::Take => {
+            return reading(progress, || take::read(path, Some(&rig.handles().labels), missing));
+        }
+        Contents::Curves => {
+            let CleanUp { rate, shapes, .. } = clean_up;
+            return reading(progress, || curve_take::read(path, rig, shapes.as_deref(), *rate, progress));
+        }
+        Contents::Raw => {}
     }
     let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
     if take.positions.iter().flatten().any(|x| x.is_nan()) {
@@ -100,6 +113,21 @@ fn by_position(matches: &[Match], named: usize) -> Option<Warning> {
         least.sure
     ));
     Some(warning.with_remedies(&[Remedy::MarkerTable]))
+}
+
+/// A hash of all files that [`CleanUp::shapes`] names.
+///
+/// # Errors
+/// [`Error::Input`] for a project file that cannot be read; [`Error::Io`].
+pub fn shapes_hash(shapes: &Path) -> Result<String> {
+    let mut hash = blake3::Hasher::new();
+    for file in named_shapes::files(shapes)? {
+        // A project's file may name others that are not there yet, such as its handles.
+        if file.is_file() {
+            hash.update(rig_file::hash(&file)?.as_bytes());
+        }
+    }
+    Ok(hash.finalize().to_hex().to_string())
 }
 
 fn reading<T>(progress: &dyn Progress, read: impl FnOnce() -> Result<T>) -> Result<T> {

@@ -1,5 +1,5 @@
 //! Marker takes in Rhytid's format ([`take`]) and in the formats of capture systems ([`raw_take`]), and the
-//! small tables beside them ([`tables`]).
+//! small tables beside them ([`tables`]). Weights of shapes over time are [`curves`].
 //!
 //! ```
 //! use rhytid_core::Missing;
@@ -12,7 +12,11 @@
 //! ```
 #![forbid(unsafe_code)]
 
+pub mod curves;
+mod header;
 pub mod raw_take;
+mod stamps;
 pub mod tables;
 pub mod take;
 mod text;
+mod timecode;

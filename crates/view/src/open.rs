@@ -123,9 +123,14 @@ fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Res
 #[cfg(not(target_arch = "wasm32"))]
 fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
     use rhytid_core::NoProgress;
-    use rhytid_playback::{CleanUp, read_raw_take};
+    use rhytid_formats::raw_take::Contents;
+    use rhytid_playback::{CleanUp, read_raw_take, read_take};
     if rhytid_formats::raw_take::is_take_csv(path) {
         let take = take::read(path, Some(&rig.handles().labels), Missing::Hold)?;
+        return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
+    }
+    if rhytid_formats::raw_take::contents(path) == Contents::Curves {
+        let take = read_take(path, rig, Missing::Hold, &CleanUp::default(), &NoProgress)?;
         return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
     }
     let (cleaned, _) = read_raw_take(path, rig, &CleanUp::default(), &NoProgress)?;

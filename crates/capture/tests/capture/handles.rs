@@ -122,8 +122,7 @@ fn markers_between_vertices_are_placed_there() {
             ..Take::default()
         },
         metres_per_unit: Some(0.001),
-        in_head_space: false,
-        warnings: Vec::new(),
+        ..RawTake::default()
     };
     let settings = HandleSettings { rigid: Some(Vec::new()), ..HandleSettings::default() };
     let found = place_handles(&head, &raw, &settings).unwrap().handles;

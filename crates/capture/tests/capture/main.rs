@@ -10,3 +10,4 @@ mod repairs;
 mod shuffles;
 mod spread;
 mod steps;
+mod video;

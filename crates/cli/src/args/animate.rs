@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::fine_detail::FineDetail;
 use super::live::{FramesChoice, Listen};
 use super::placing::TakeReading;
-use super::values::{HeadChoice, Json, parse_millimetres, parse_rate, parse_shapes};
+use super::values::{HeadChoice, Json, parse_millimetres, parse_rate};
 use super::{DEVICE, GLTF, INPUT, OUTPUT, QUALITY, SIDE_FILES};
 use rhytid::formats::export::WrinkleGroup;
 use std::path::PathBuf;
@@ -49,13 +49,6 @@ pub(crate) struct Animate {
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep, help_heading = OUTPUT)]
     pub head: HeadChoice,
 
-    /// The take as N shapes with curves, in USD or glTF.
-    ///
-    /// This is for game engines and for shape keys. The error is not limited. It is printed and written to
-    /// the file.
-    #[arg(long, value_name = "N", conflicts_with = "compressed", value_parser = parse_shapes, help_heading = OUTPUT)]
-    pub shapes: Option<usize>,
-
     #[command(flatten)]
     pub channels: Channels,
 
@@ -96,6 +89,7 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "EDIT.toml", conflicts_with = "listen", help_heading = INPUT)]
     pub edit: Option<PathBuf>,
 
+    // `--shapes N` of TakeReading is an output here: the take as N shapes with curves.
     #[command(flatten)]
     pub reading: TakeReading,
 

@@ -1,14 +1,17 @@
 //! Flags of the commands that make a project from other people's files.
 
 use super::setup::Setup;
-use super::values::{Elsewhere, Json, MissingChoice, UnitChoice, parse_mesh_unit, parse_rate};
+use super::values::{
+    Elsewhere, Json, MissingChoice, ShapesChoice, UnitChoice, parse_mesh_unit, parse_rate, parse_shapes,
+};
 use super::{INPUT, SPACE};
 use rhytid::Error;
 use rhytid::capture::Axes;
 use rhytid::formats::export::Treatment;
 use rhytid::formats::project::Units;
-use rhytid::formats::raw_take;
+use rhytid::formats::raw_take::{self, Contents};
 use rhytid::formats::take::Missing;
+use rhytid::playback::shapes_hash;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
@@ -128,6 +131,15 @@ pub(crate) struct TakeReading {
     #[arg(long, value_name = "TAKE.toml", help_heading = INPUT)]
     pub setup: Option<PathBuf>,
 
+    /// For curves: the shapes that they weigh [default: the rig's examples]. For `animate` also N.
+    ///
+    /// SHAPES is a glTF or USD file with blend shapes, a folder of meshes, a pattern of their names, a project
+    /// file, or another rig. --shapes N of `animate` writes the take as N shapes with curves, in USD or glTF.
+    /// This is for game engines and for shape keys. The error is not limited. It is printed and written to
+    /// the file. Both can be given.
+    #[arg(long, value_name = "SHAPES|N", value_parser = parse_shapes, help_heading = INPUT)]
+    pub shapes: Vec<ShapesChoice>,
+
     /// Take the noise of the markers out; they are then met within their noise, not exactly.
     #[arg(long, help_heading = INPUT)]
     pub soft_markers: bool,
@@ -144,20 +156,37 @@ pub(crate) struct TakeReading {
 }
 
 impl TakeReading {
+    /// The shapes that curves weigh.
+    pub(crate) fn shapes_of_curves(&self) -> Option<&Path> {
+        self.shapes.iter().rev().find_map(|choice| match choice {
+            ShapesChoice::Of(path) => Some(path.as_path()),
+            ShapesChoice::Write(_) => None,
+        })
+    }
+
+    /// The number of shapes to write.
+    pub(crate) fn shapes_to_write(&self) -> Option<usize> {
+        self.shapes.iter().rev().find_map(|choice| match choice {
+            ShapesChoice::Write(number) => Some(*number),
+            ShapesChoice::Of(_) => None,
+        })
+    }
+
     /// These options as the recipe of an animation file states them for a take.
     ///
     /// # Errors
     /// As [`Setup::read`] and reading the table that it names.
     pub(crate) fn treatment(&self, take: Option<&Path>) -> rhytid::Result<Treatment> {
         // What a setup says about a clean take is a separate part of the recipe.
-        let is_raw = take.is_some_and(|take| !raw_take::is_take_csv(take));
-        let setup = self.setup.as_deref().filter(|_| is_raw);
+        let contents = take.map(raw_take::contents);
+        let setup = self.setup.as_deref().filter(|_| contents == Some(Contents::Raw));
         let setup_hash = setup.map(|setup| Setup::hash(setup, self.elsewhere.reach()));
         Ok(Treatment {
             metres_per_unit: self.space.take_unit.map(UnitChoice::metres),
             axes: self.space.take_axes.map(|axes| axes.to_string()),
             rate: self.space.take_rate,
             setup_hash: setup_hash.transpose()?,
+            shapes_hash: self.shapes_of_curves().map(shapes_hash).transpose()?,
             soft_markers: self.soft_markers,
         })
     }
@@ -197,6 +226,13 @@ impl TakeReading {
                     "was made with another setup, or another table of markers that it names",
                 ));
             }
+        }
+        if given.shapes_hash != stated.shapes_hash {
+            return Err(Error::mismatch(match (&given.shapes_hash, &stated.shapes_hash) {
+                (None, _) => "was made with shapes that curves weigh; give the same with --shapes SHAPES",
+                (_, None) => "was made without other shapes than the rig's examples; leave --shapes out",
+                _ => "was made with other shapes, or one of their files has changed",
+            }));
         }
         let is_given = given.metres_per_unit.is_some() || given.axes.is_some() || given.rate.is_some();
         if !is_given {

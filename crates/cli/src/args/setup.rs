@@ -242,7 +242,7 @@ impl Setup {
             fps: None,
             force: self.force,
         };
-        Ok(CleanUp { rate: self.rate, world: false, settings })
+        Ok(CleanUp { rate: self.rate, settings, ..CleanUp::default() })
     }
 }
 

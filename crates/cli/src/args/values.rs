@@ -9,6 +9,7 @@ use rhytid::formats::export::{HeadMotion, OutputStage};
 use rhytid::formats::project::Units;
 use rhytid::playback::FrameRange;
 use serde::Deserialize;
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// `--allow-elsewhere`
@@ -252,12 +253,24 @@ pub(super) fn parse_gain(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number from 0 to 2".to_owned())
 }
 
+/// What `--shapes` says.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum ShapesChoice {
+    /// The number of shapes that `animate` writes.
+    Write(usize),
+    /// The shapes that curves weigh.
+    Of(PathBuf),
+}
+
 /// For `--shapes`.
-pub(super) fn parse_shapes(text: &str) -> Result<usize, String> {
-    text.parse()
-        .ok()
-        .filter(|n| *n > 0)
-        .ok_or_else(|| "expected a whole number of shapes, 1 or more".to_owned())
+pub(super) fn parse_shapes(text: &str) -> Result<ShapesChoice, String> {
+    match text.parse::<f64>() {
+        Ok(_) => {
+            let number = text.parse().ok().filter(|n| *n > 0).map(ShapesChoice::Write);
+            number.ok_or_else(|| "expected a whole number of shapes, 1 or more".to_owned())
+        }
+        Err(_) => Ok(ShapesChoice::Of(text.into())),
+    }
 }
 
 /// A time that may be 0.

@@ -72,13 +72,19 @@ fn next(args: &args::Animate) -> String {
     };
     let edit = option("--edit", &args.edit);
     let setup = option("--setup", &args.reading.setup);
+    let shapes = option("--shapes", &args.reading.shapes_of_curves().map(Path::to_owned));
     let elsewhere = args.reading.elsewhere.again();
-    let mut commands = vec![format!("rhytid view {rig} {take}{edit}")];
+    let mut commands = Vec::new();
+    // The window plays no other shapes than the rig's examples.
+    if shapes.is_empty() {
+        commands.push(format!("rhytid view {rig} {take}{edit}"));
+    }
     // A point cache says nothing about how it was made.
     if Format::from_extension(&args.output).is_ok_and(|format| format != Format::Pc2)
         && args.live.listen.is_none()
     {
-        commands.push(format!("rhytid verify {file} --rig {rig} --take {take}{edit}{setup}{elsewhere}"));
+        commands
+            .push(format!("rhytid verify {file} --rig {rig} --take {take}{edit}{setup}{shapes}{elsewhere}"));
     }
     output::next(&commands)
 }
@@ -235,6 +241,7 @@ fn check_files(args: &args::Animate) -> Result<()> {
     let edits = inputs::edit_files(args.edit.as_deref())?;
     let inputs = [Some(&args.rig), args.take.as_ref(), args.reading.setup.as_ref(), args.groups.as_ref()];
     let inputs = inputs.into_iter().flatten().chain(&edits).map(PathBuf::as_path);
+    let inputs = inputs.chain(args.reading.shapes_of_curves());
     let masks = masks::outputs(args);
     let others = args.live.record.iter().chain(&args.strain_curves).chain(&masks);
     let outputs: Vec<&Path> = std::iter::once(&args.output).chain(others).map(PathBuf::as_path).collect();
@@ -251,7 +258,7 @@ fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options
         quantize: args.quantize,
         meshopt: args.meshopt,
         force: args.reading.force,
-        shapes: args.shapes,
+        shapes: args.reading.shapes_to_write(),
     }
 }
 
@@ -392,6 +399,11 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         (args.meshopt, "--meshopt"),
         (args.reading.force && !is_raw, "--force"),
     ];
+    if args.compressed && args.reading.shapes_to_write().is_some() {
+        return Err(Error::conflict(
+            "--compressed and --shapes N are two ways to write few shapes; give one",
+        ));
+    }
     let kinds = args.channels.0.kinds().filter(|kind| !kind.is_default() && !format.carries(*kind));
     if let Some(kind) = kinds.into_iter().next() {
         return Err(Error::conflict(format!(
@@ -402,7 +414,7 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         )));
     }
     const GLTF: &str = "glTF (.glb or .gltf)";
-    let for_both = [(args.shapes.is_some(), "--shapes")];
+    let for_both = [(args.reading.shapes_to_write().is_some(), "--shapes")];
     let of_others = match format {
         Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
         Format::Glb | Format::Gltf => Vec::new(),

@@ -179,7 +179,6 @@ fn animate(
         max_error: 0.1,
         quantize: false,
         meshopt: false,
-        shapes: None,
         json: args::Json::default(),
     };
     let done = animate::animate(&job, ui)?;

@@ -1,6 +1,6 @@
 //! `rhytid verify`
 
-use crate::args::TakeReading;
+use crate::args::{ShapesChoice, TakeReading};
 use crate::progress::Ui;
 use crate::{args, exit_code, inputs, output};
 use rhytid::core::channel::Quantity;
@@ -42,6 +42,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
         setup: args.setup.clone(),
         // Whether to go on was decided when the file was made.
         force: true,
+        shapes: args.shapes.clone().map(ShapesChoice::Of).into_iter().collect(),
         elsewhere: args.elsewhere,
         space: args.space.clone(),
         ..TakeReading::default()

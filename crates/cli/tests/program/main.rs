@@ -7,6 +7,7 @@ mod budgets;
 mod channels;
 mod common;
 mod contact;
+mod curves;
 mod device_choice;
 mod drivers;
 mod edits;

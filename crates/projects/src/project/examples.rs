@@ -127,6 +127,11 @@ fn files(section: &ExampleSection, of: Of<'_>) -> Result<Vec<PathBuf>> {
     Ok(files)
 }
 
+/// The meshes whose names fit a pattern such as `poses/*.obj`, by name. A name without a `*` fits itself.
+pub fn meshes_fitting(pattern: &Path) -> Vec<PathBuf> {
+    fitting(pattern, Path::new(""))
+}
+
 /// The meshes whose names fit a pattern, relative to the folder of the project file `path`, by name.
 pub(super) fn fitting(pattern: &Path, path: &Path) -> Vec<PathBuf> {
     let within = pattern.parent().unwrap_or(Path::new(""));

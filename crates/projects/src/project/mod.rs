@@ -9,6 +9,7 @@ mod sections;
 mod space;
 
 pub use crate::pattern::fits;
+pub use examples::meshes_fitting;
 pub use load::{files, load, load_without_handles};
 pub use parse::parse;
 pub use prior::prior_rig;

@@ -4,7 +4,7 @@ use rhytid_core::text::quoted;
 use rhytid_core::{Error, Remedy, Result};
 
 /// The message for a file without a rate, without the file's name.
-pub(super) fn no_rate() -> Error {
+pub(crate) fn no_rate() -> Error {
     Error::no_frame_rate("gives no frame rate; give it with the file, or as `rate` in the take's TOML file")
         .with_remedies(&[Remedy::GiveRate])
 }

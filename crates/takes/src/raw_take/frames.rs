@@ -94,7 +94,7 @@ pub(super) fn read(
     let times = times.map_err(|error| error.in_file(name))?;
     let labels = labels::distinct(labels, &mut warnings);
     let tracks = Take { labels, times, positions: samples.into_positions(), ..Take::default() };
-    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, recording, warnings })
+    Ok(RawTake { tracks, metres_per_unit, recording, warnings, ..RawTake::default() })
 }
 
 /// A cell's text.

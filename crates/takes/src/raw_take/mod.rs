@@ -1,23 +1,28 @@
 //! Raw takes: the files of capture systems, read as they are, with all gaps. Cleaning them up is another
 //! step.
 mod c3d;
-mod clock;
+pub(crate) mod clock;
 mod frames;
 mod labels;
 mod missing;
 mod motive;
 mod qualisys;
 mod samples;
+mod table;
 mod timecode;
 mod trc;
 mod units;
 mod vicon;
 
+use crate::header::Table;
 use crate::take::{self, Missing};
 use crate::text::utf_8;
 use rhytid_core::{Error, RawTake, Result, input_file};
 use std::io::Read;
 use std::path::Path;
+
+pub(crate) use table::is_face_mesh;
+pub(crate) use units::metres;
 
 /// The formats that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,12 +32,13 @@ enum Kind {
     Motive,
     Qualisys,
     Vicon,
-    TakeCsv,
+    /// A CSV file; its header says what is in it.
+    Csv,
 }
 
-/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV, Vicon's CSV or the take's own CSV. The first bytes tell the
-/// format, and otherwise the extension does. `rate`, in frames per second, replaces the rate of the file. (A
-/// take's CSV has times instead of a rate.)
+/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV, Vicon's CSV, the take's own CSV or another table of
+/// markers. The first bytes tell the format, and otherwise the extension does. `rate`, in frames per second,
+/// replaces the rate of the file. (A take's CSV has times instead of a rate.)
 ///
 /// # Errors
 /// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers,
@@ -58,9 +64,23 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
         Kind::Motive => motive::decode(bytes, name, rate)?,
         Kind::Qualisys => qualisys::decode(bytes, name, rate)?,
         Kind::Vicon => vicon::decode(bytes, name, rate)?,
-        Kind::TakeCsv => {
-            let tracks = take::decode(&utf_8(bytes), name, None, Missing::Leave)?;
-            return Ok(RawTake { tracks, in_head_space: true, ..RawTake::default() });
+        Kind::Csv => {
+            let text = utf_8(bytes);
+            match Table::detect(&text) {
+                Table::Take => {
+                    let tracks = take::decode(&text, name, None, Missing::Leave)?;
+                    return Ok(RawTake { tracks, in_head_space: true, ..RawTake::default() });
+                }
+                Table::Wide => table::wide(&text, name, rate)?,
+                Table::Long => table::long(&text, name, rate)?,
+                Table::OpenFace => table::openface(&text, name, rate)?,
+                Table::Curves => {
+                    return Err(Error::unsupported_format(format!(
+                        "{name}: holds curves, which are weights of shapes and no places of markers; a rig plays \
+                         them with shapes of the same names"
+                    )));
+                }
+            }
         }
     };
     missing::mark(&mut take);
@@ -77,18 +97,44 @@ fn follow_timecode(take: &mut RawTake) {
     recording.events.iter_mut().for_each(|event| event.time += later);
 }
 
-/// Whether a file is the take's own CSV, which [`crate::take`] reads, and not a raw take. Only the first
-/// bytes of a regular file are read. A file that is not regular cannot be read twice, so nothing of it is
-/// read. A file that cannot be opened is judged by its name.
-pub fn is_take_csv(path: &Path) -> bool {
+/// What a file of a take holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Contents {
+    /// The take's own CSV, which [`crate::take`] reads.
+    Take,
+    /// A raw take, which [`read`] reads.
+    Raw,
+    /// Weights of shapes, which [`crate::curves`] reads.
+    Curves,
+}
+
+/// A header is not longer than this: MediaPipe's 478 landmarks with their three axes take a fifth of it.
+const LONGEST_HEADER: u64 = 65_536;
+
+/// What a file holds, by its first bytes or else by its name. Nothing else of the file is read. A file that
+/// is not regular cannot be read twice, so nothing of it is read. A file that cannot be opened is judged by
+/// its name.
+pub fn contents(path: &Path) -> Contents {
     let mut start = Vec::new();
     if std::fs::metadata(path).is_ok_and(|found| found.is_file())
         && let Ok(file) = std::fs::File::open(path)
     {
         // An error is ignored here: the reader of the whole file finds and reports it again.
-        let _ = file.take(64).read_to_end(&mut start);
+        let _ = file.take(LONGEST_HEADER).read_to_end(&mut start);
     }
-    Kind::detect(&start, path) == Kind::TakeCsv
+    match Kind::detect(&start, path) {
+        Kind::Csv => match Table::detect(&utf_8(&start)) {
+            Table::Take => Contents::Take,
+            Table::Curves => Contents::Curves,
+            Table::Wide | Table::Long | Table::OpenFace => Contents::Raw,
+        },
+        _ => Contents::Raw,
+    }
+}
+
+/// Whether a file is the take's own CSV, as [`contents`] finds it.
+pub fn is_take_csv(path: &Path) -> bool {
+    contents(path) == Contents::Take
 }
 
 impl Kind {
@@ -114,7 +160,7 @@ impl Kind {
             "c3d" => Self::C3d,
             "trc" => Self::Trc,
             "tsv" => Self::Qualisys,
-            _ => Self::TakeCsv,
+            _ => Self::Csv,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The names of units of length.
 
 /// Metres in one `unit`, however that is spelt; `None` for what is no unit of length.
-pub(super) fn metres(unit: &str) -> Option<f64> {
+pub(crate) fn metres(unit: &str) -> Option<f64> {
     Some(match unit.trim().to_ascii_lowercase().as_str() {
         "m" | "meter" | "meters" | "metre" | "metres" => 1.0,
         "dm" | "decimeter" | "decimeters" | "decimetre" | "decimetres" => 0.1,

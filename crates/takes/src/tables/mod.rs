@@ -5,12 +5,11 @@
 //! - the marker of each handle (`handle,marker`),
 //! - the handles of two faces that are at the same place (`from,to`),
 //! - curves.
-mod curves;
 mod landmarks;
 mod markers;
 pub(crate) mod rows;
 
-pub use curves::write_curves;
+pub use crate::curves::write_curves;
 pub use landmarks::read_landmarks;
 pub use markers::{MarkerRow, read_markers, write_markers};
 use rhytid_core::text::did_you_mean;

@@ -10,6 +10,8 @@ pub(crate) struct Rows<'a> {
     reader: csv::Reader<&'a [u8]>,
     row: csv::ByteRecord,
     header: Vec<String>,
+    /// The byte between cells.
+    separator: u8,
 }
 
 impl<'a> Rows<'a> {
@@ -17,7 +19,7 @@ impl<'a> Rows<'a> {
     pub(crate) fn open(bytes: &'a [u8], name: &'a str) -> Result<Self> {
         let reader = csv::ReaderBuilder::new().has_headers(false).flexible(true).from_reader(bytes);
         let row = csv::ByteRecord::new();
-        let mut rows = Self { bytes, name, reader, row, header: Vec::new() };
+        let mut rows = Self { bytes, name, reader, row, header: Vec::new(), separator: b',' };
         if !rows.advance()? {
             return Err(Error::empty(format!("{name}: the file is empty, expected a header and rows")));
         }
@@ -35,6 +37,24 @@ impl<'a> Rows<'a> {
         Ok(rows)
     }
 
+    /// Rows of any length under a header, with the separator that the header has: commas, semicolons or tabs.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the file is empty.
+    pub(crate) fn separated(bytes: &'a [u8], name: &'a str) -> Result<Self> {
+        let mut reader = csv::ReaderBuilder::new();
+        let separator = separator(bytes);
+        let reader = reader.has_headers(false).flexible(true).delimiter(separator).from_reader(bytes);
+        let mut rows =
+            Self { bytes, name, reader, row: csv::ByteRecord::new(), header: Vec::new(), separator };
+        if !rows.advance()? {
+            return Err(Error::empty(format!("{name}: the file is empty, expected a header and rows")));
+        }
+        rows.header =
+            (0..rows.row.len()).map(|i| String::from_utf8_lossy(rows.cell(i)).trim().to_owned()).collect();
+        Ok(rows)
+    }
+
     /// Rows of any length without a header, with cells between `separator`. Quotes count only if the
     /// separator is a comma.
     pub(crate) fn without_header(bytes: &'a [u8], name: &'a str, separator: u8) -> Self {
@@ -44,7 +64,12 @@ impl<'a> Rows<'a> {
             .delimiter(separator)
             .quoting(separator == b',')
             .from_reader(bytes);
-        Self { bytes, name, reader, row: csv::ByteRecord::new(), header: Vec::new() }
+        Self { bytes, name, reader, row: csv::ByteRecord::new(), header: Vec::new(), separator }
+    }
+
+    /// Whether commas separate the cells.
+    pub(crate) fn is_separated_by_commas(&self) -> bool {
+        self.separator == b','
     }
 
     /// The cells of the header.
@@ -100,7 +125,24 @@ impl<'a> Rows<'a> {
         self.row.get(column).unwrap_or_default().trim_ascii()
     }
 
-    /// The same as text.
+    /// The number in cell `column` of the current row; `None` for anything else. Where no commas separate
+    /// cells, a comma may stand for the decimal point.
+    pub(crate) fn number(&self, column: usize) -> Option<f64> {
+        let text = std::str::from_utf8(self.cell(column)).ok()?;
+        match text.parse() {
+            Ok(number) => Some(number),
+            Err(_) if self.separator != b',' => text.replacen(',', ".", 1).parse().ok(),
+            Err(_) => None,
+        }
+    }
+
+    /// Whether the current row is the file's last one and has no end of line: the file may be cut short.
+    pub(crate) fn is_cut(&self) -> bool {
+        let end = self.reader.position().byte() as usize;
+        end >= self.bytes.len() && !matches!(self.bytes.last(), Some(b'\n' | b'\r'))
+    }
+
+    /// Cell `column` of the current row as text.
     pub(crate) fn text(&self, column: usize) -> Result<&str> {
         std::str::from_utf8(self.cell(column)).map(str::trim).map_err(|_| {
             self.error(&format!(
@@ -146,4 +188,12 @@ impl<'a> Rows<'a> {
             }
         }
     }
+}
+
+/// The separator of a table: the one that its first line has most often.
+pub(crate) fn separator(bytes: &[u8]) -> u8 {
+    let line = bytes.split(|byte| matches!(byte, b'\n' | b'\r')).find(|line| !line.trim_ascii().is_empty());
+    let count = |separator: u8| line.unwrap_or_default().iter().filter(|&&byte| byte == separator).count();
+    let others = [b';', b'\t'].into_iter().filter(|&other| count(other) > count(b','));
+    others.max_by_key(|&other| count(other)).unwrap_or(b',')
 }

@@ -97,7 +97,7 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
         confidence: points.confidence,
     };
     let recording = recording::read(header, parameters, first);
-    Ok(RawTake { tracks, metres_per_unit, in_head_space: false, recording, warnings })
+    Ok(RawTake { tracks, metres_per_unit, recording, warnings, ..RawTake::default() })
 }
 
 /// The parts of a file before the points.

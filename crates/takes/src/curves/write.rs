@@ -1,6 +1,6 @@
-//! Curves: a number for each name and frame.
+//! Writing curves as CSV.
 
-use super::csv_of;
+use crate::tables::csv_of;
 use rhytid_core::{AtomicFile, Error, Result};
 use std::io::Write;
 use std::path::Path;

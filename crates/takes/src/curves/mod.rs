@@ -1,0 +1,50 @@
+//! Curves: a number for each name and frame, such as the weights of blend shapes that a phone records.
+//!
+//! Curves are no places of markers. They become places on a rig whose shapes have the same names.
+mod names;
+mod read;
+mod write;
+
+pub use names::{Meant, meant};
+pub use read::{decode, read};
+pub use write::write_curves;
+
+/// Curves over time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Curves {
+    /// N distinct names, as the file has them.
+    pub names: Vec<String>,
+    /// One time per frame, in seconds, strictly increasing.
+    pub times: Vec<f64>,
+    /// frames × N numbers. 1 is the whole shape, and numbers outside 0 to 1 are kept.
+    pub weights: Vec<f32>,
+    /// What the reader had to assume or to leave out, one sentence each.
+    pub warnings: Vec<String>,
+}
+
+impl Curves {
+    /// Number of frames.
+    pub fn frames(&self) -> usize {
+        self.times.len()
+    }
+
+    /// The largest absolute weight of curve `i`; 0 without frames.
+    pub fn largest(&self, i: usize) -> f32 {
+        let column = self.weights.iter().skip(i).step_by(self.names.len().max(1));
+        column.fold(0.0, |largest, weight| largest.max(weight.abs()))
+    }
+}
+
+/// Whether a column of this name holds an angle or a place of the head or an eye, and no weight.
+pub(crate) fn is_pose(name: &str) -> bool {
+    let key = names::Key::of(name);
+    let is_of = |part: &str| key.base.contains(part);
+    let ends = ["yaw", "pitch", "roll", "translationx", "translationy", "translationz"];
+    (is_of("head") || is_of("eye")) && ends.iter().any(|end| key.base.ends_with(end))
+}
+
+/// Whether a name is one of the 52 of ARKit, in any spelling, or one of a MetaHuman's controls.
+pub(crate) fn is_known(name: &str) -> bool {
+    let key = names::Key::of(name);
+    names::ARKIT.contains(&&*key.base) || name.to_ascii_lowercase().contains("ctrl_expressions_")
+}
