@@ -6,3 +6,4 @@ mod real_take;
 mod repairs;
 mod spread;
 mod steps;
+mod upright;
