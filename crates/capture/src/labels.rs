@@ -11,6 +11,25 @@ pub(crate) struct Matched {
     pub others: Vec<usize>,
 }
 
+/// Whether a label is one that a capture system gives to a point without a name: `*7`, `Unlabeled1`, `U_1`,
+/// `New 0001`, `uname*12`, or `#3`, which a reader gives to an empty label. Such a label names another point
+/// from one stretch of a take to the next. The prefix of a subject does not matter.
+pub fn is_unlabelled(label: &str) -> bool {
+    let name = label.rsplit([':', '|']).next().unwrap_or(label).trim().to_lowercase();
+    let stem = name.trim_end_matches('#').trim_end_matches(|c: char| c.is_ascii_digit());
+    let is_numbered = stem.len() < name.len();
+    let word = stem.trim_end_matches([' ', '_', '-', '*', '.']);
+    match word {
+        // A plain number may be the name that somebody gave to a marker.
+        "" => !stem.is_empty() || name.is_empty(),
+        "#" => is_numbered,
+        "u" => is_numbered && stem == "u_",
+        "new" | "uname" => is_numbered && stem != word,
+        "unlabeled" | "unlabelled" | "unnamed" | "unidentified" | "unknown" => true,
+        _ => false,
+    }
+}
+
 /// With fewer matched handles the alignment would be undetermined.
 const FEWEST: usize = 4;
 
@@ -93,6 +112,33 @@ mod tests {
 
     fn labels(names: &[&str]) -> Vec<String> {
         names.iter().map(|n| (*n).to_owned()).collect()
+    }
+
+    #[test]
+    fn labels_of_points_without_a_name() {
+        for label in [
+            "*7",
+            "Anna:*12",
+            "Unlabeled1",
+            "Unlabeled_1234",
+            "unlabelled 3",
+            "U_1",
+            "New 0001",
+            "new_12",
+            "uname*12",
+            "#3",
+            "#2#",
+            "Unnamed",
+            "Unidentified 4",
+            "",
+        ] {
+            assert!(is_unlabelled(label), "{label}");
+        }
+        for label in
+            ["M12", "M0012", "12", "U1", "New1", "u", "jaw00#2", "newest_1", "lip_u_1", "unlabeled_lip", "New"]
+        {
+            assert!(!is_unlabelled(label), "{label}");
+        }
     }
 
     #[test]

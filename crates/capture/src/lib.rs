@@ -59,7 +59,7 @@ pub use clean::{Cleaned, clean};
 pub use edits::Edit;
 pub use gross_strain::{GrossStrain, gross_strain};
 pub use handles::{HandleSettings, PlacedHandles, place_handles};
-pub use labels::same_names;
+pub use labels::{is_unlabelled, same_names};
 pub use poses::Pose;
 pub use report::{Event, Found, Kind, Report};
 pub use rhytid_geometry::Axes;
