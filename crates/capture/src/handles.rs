@@ -1,6 +1,7 @@
 //! The handles of a face from one frame of a take: which point of the skin each marker is at.
 use crate::face_cluster::face_clusters;
-use crate::label_words::{is_of_actor, is_unlabelled, says_head};
+use crate::label_words::{is_of_actor, says_head};
+use crate::labels::is_unlabelled;
 use crate::orientation::{Choice, Known, choose};
 use crate::posture::Posture;
 use crate::tracks::seen;
@@ -31,9 +32,9 @@ const HEAD: f64 = 0.35;
 /// With fewer markers nothing can be laid.
 const FEWEST: usize = 4;
 
-/// A second cluster is a face too if its cost is at most so many times the best one's, or below the second
-/// number.
-const FACES: (f64, f64) = (1.5, 0.3);
+/// A second cluster is a face too if its cost is at most so many times the best one's. Another actor's is one
+/// if its cost is below the second number.
+const FACES: (f64, f64) = (1.5, 0.4);
 
 /// So many known points say where the face is.
 const CERTAIN: usize = 3;
@@ -103,9 +104,12 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let others: Vec<usize> = actor.iter().copied().filter(|m| !placing.columns.contains(m)).collect();
     let posture = Posture::new(&raw.tracks, &placing.columns, &others, frame);
     let shown: Vec<usize> = placing.columns.iter().copied().filter(|&m| seen(placing.at(m))).collect();
-    let rigid = placing.rigid(&shown, &others, &posture)?;
+    let Cap { rigid, laid } = placing.cap(&shown, &others, &posture)?;
     let mut on_skin: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
-    let mut laid = placing.lay(&on_skin, &posture)?;
+    let mut laid = match laid {
+        Some(laid) => laid,
+        None => placing.lay(&on_skin, &posture)?,
+    };
     // What is far off the face says nothing about where the face is.
     let far: Vec<usize> = (0..on_skin.len())
         .filter(|&i| placing.known[on_skin[i]].is_none())
@@ -153,6 +157,13 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
 pub(crate) struct Laid {
     pub fit: OntoSurface,
     pub choice: Choice,
+}
+
+/// Markers of a cap or a head band.
+struct Cap {
+    rigid: BTreeSet<usize>,
+    /// The other markers on the mesh, if they were laid without those of the cap.
+    laid: Option<Laid>,
 }
 
 /// The markers of a take that are to be placed.
@@ -255,6 +266,12 @@ impl<'a> Placing<'a> {
     /// Leaves out the markers that are not of the face, and finds the frame. Returns what is wrong if the
     /// take shows more than one face.
     fn keep_the_face(&mut self) -> Result<Vec<String>> {
+        if self.columns.len() < FEWEST {
+            return Err(Error::no_fit(format!(
+                "the take has {} markers with a label, expected at least {FEWEST}",
+                self.columns.len()
+            )));
+        }
         let mut best: Option<(f64, Self)> = None;
         let mut costs = Vec::new();
         let clusters = face_clusters(self.take, &self.columns, self.metres);
@@ -281,7 +298,10 @@ impl<'a> Placing<'a> {
         }
         let Some((least, of_face)) = best else { return Ok(Vec::new()) };
         *self = of_face;
-        costs.retain(|(cost, _)| *cost <= FACES.0 * least || *cost < FACES.1);
+        // A hand fits too, if its markers are few. Another actor's face has another prefix.
+        let prefix = |label: &str| label.split_once(':').map(|(actor, _)| actor.to_owned());
+        let own = prefix(&self.take.labels[self.columns[0]]);
+        costs.retain(|(cost, label)| *cost <= FACES.0 * least || *cost < FACES.1 && prefix(label) != own);
         if costs.len() < 2 {
             return Ok(Vec::new());
         }
@@ -291,9 +311,10 @@ impl<'a> Placing<'a> {
     }
 
     /// Markers of a cap or a head band, among those of the face that are `shown` and `others`.
-    fn rigid(&self, shown: &[usize], others: &[usize], posture: &Posture) -> Result<BTreeSet<usize>> {
+    fn cap(&self, shown: &[usize], others: &[usize], posture: &Posture) -> Result<Cap> {
         if let Some(rigid) = &self.settings.rigid {
-            return rigid.iter().map(|label| self.column(label)).collect();
+            let rigid = rigid.iter().map(|label| self.column(label)).collect::<Result<_>>()?;
+            return Ok(Cap { rigid, laid: None });
         }
         // A fit with all markers says roughly which ones are off the skin. A fit without these says which
         // really are.
@@ -321,13 +342,12 @@ impl<'a> Placing<'a> {
             if shown.len() < now.iter().filter(|m| shown.contains(m)).count() + FEWEST {
                 now.clear();
             }
-            let is_settled = now == rigid;
-            rigid = now;
-            if is_settled {
-                break;
+            if now == rigid {
+                return Ok(Cap { rigid, laid: Some(laid) });
             }
+            rigid = now;
         }
-        Ok(rigid)
+        Ok(Cap { rigid, laid: None })
     }
 
     /// Lays some markers over the skin in every orientation that fits.

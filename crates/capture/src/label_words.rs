@@ -7,18 +7,11 @@ pub(crate) fn says_head(label: &str) -> bool {
     !lower.contains("forehead") && words.iter().any(|word| lower.starts_with(word) || lower.ends_with(word))
 }
 
-/// Whether a label is that of a point without one: `*7`, `Unlabeled 12`, `unlabelled_3`.
-pub(crate) fn is_unlabelled(label: &str) -> bool {
-    let bare = label.rsplit(':').next().unwrap_or(label).trim().to_lowercase();
-    let rest = bare.trim_end_matches(|letter: char| letter.is_ascii_digit() || " _-.".contains(letter));
-    bare.starts_with('*') || ["unlabeled", "unlabelled"].contains(&rest)
-}
-
-/// Whether a label is of an actor: whether the actor's name stands before its colon.
+/// Whether a label is of an actor: whether the actor's name stands before its colon or bar. A colon behind the
+/// name does not matter.
 pub(crate) fn is_of_actor(label: &str, actor: &str) -> bool {
-    label
-        .split_once(':')
-        .is_some_and(|(before, _)| before.trim().to_lowercase() == actor.trim().to_lowercase())
+    let name = |text: &str| text.trim().trim_end_matches([':', '|']).to_lowercase();
+    label.split_once([':', '|']).is_some_and(|(before, _)| name(before) == name(actor))
 }
 
 /// Whether a label says left (true) or right: `brow_l`, `LeftBrow`, `R_Cheek`, `lip.R`, `LBROW1`.
@@ -102,14 +95,9 @@ mod tests {
     }
 
     #[test]
-    fn labels_say_whether_a_point_has_one_and_whose_it_is() {
-        assert_eq!(["*7", "Unlabeled12", "Anna:unlabelled_3", "*"].map(is_unlabelled), [true; 4]);
-        assert_eq!(["m7", "7", "label"].map(is_unlabelled), [false; 3]);
-        assert!(
-            is_of_actor("Anna:brow", "anna")
-                && !is_of_actor("Ben:brow", "Anna")
-                && !is_of_actor("brow", "Anna")
-        );
+    fn labels_say_whose_they_are() {
+        assert!(is_of_actor("Anna:brow", "anna") && is_of_actor("Anna|brow", "Anna:"));
+        assert!(!is_of_actor("Ben:brow", "Anna") && !is_of_actor("brow", "Anna"));
     }
 
     #[test]

@@ -100,19 +100,18 @@ impl Evidence {
         self.upright + self.halves + self.sides + self.motion
     }
 
-    /// Whether labels of left and right are on the wrong sides, while all else is as it should be.
+    /// Whether most labels of left and right are on the wrong sides.
     pub(crate) fn is_mirrored(&self) -> bool {
-        self.sides < 0.0
+        self.sides < -0.35 * SIDES
     }
 
     /// What speaks against the orientation, in words.
     fn against(&self) -> Vec<&'static str> {
         let mut words = Vec::new();
         for (evidence, said) in [
-            (self.upright, "the actor would be upside down"),
-            (self.halves, "labels of the upper face would be on the lower face"),
-            (self.sides, "labels of the left would be on the right"),
-            (self.motion, "the jaw would move less than the forehead"),
+            (self.upright, "the actor is upside down"),
+            (self.halves, "labels of the upper face are on the lower face"),
+            (self.motion, "the jaw moves less than the forehead"),
         ] {
             if evidence < -0.5 {
                 words.push(said);
@@ -160,6 +159,8 @@ pub(crate) struct Choice {
     pub evidence: Evidence,
     /// What is wrong with it, a sentence each.
     pub faults: Vec<String>,
+    /// What speaks against it, if more speaks for it.
+    pub warning: Option<String>,
 }
 
 /// Chooses the orientation for which most speaks, with the distances of the markers from the mesh.
@@ -186,19 +187,6 @@ pub(crate) fn choose(
             chosen = candidate;
         }
     }
-    for i in 0..laid.len() {
-        if std::env::var_os("TUNE").is_none() {
-            continue;
-        }
-        eprintln!(
-            "  fit {i}: {:.2} mm, cost {:.3}, {:?}, score {:.2}{}",
-            residuals[i],
-            laid[i].cost,
-            evidence[i],
-            score(i),
-            if i == chosen { ", chosen" } else { "" }
-        );
-    }
     let mut faults = Vec::new();
     let turn = |i: usize| laid[i].motion.rotation.angle_between(laid[chosen].motion.rotation).to_degrees();
     let is_rival = |i: &usize| {
@@ -214,9 +202,15 @@ pub(crate) fn choose(
             residuals[chosen]
         ));
     }
-    let against = evidence[chosen].against();
-    if evidence[chosen].sum() < -DECIDES {
-        faults.push(format!("the markers are probably laid the wrong way round: {}", against.join(", and ")));
+    let against = evidence[chosen].against().join(", and ");
+    let mut warning = None;
+    if evidence[chosen].sum() < -DECIDES && !against.is_empty() {
+        faults.push(format!("the markers are probably laid the wrong way round: {against}"));
+    } else if !against.is_empty() {
+        warning = Some(format!(
+            "the take and the mesh do not agree about which way is up: as the markers fit best, {against}; look at \
+             the picture"
+        ));
     }
-    Choice { chosen, evidence: evidence[chosen], faults }
+    Choice { chosen, evidence: evidence[chosen], faults, warning }
 }

@@ -39,7 +39,7 @@ pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String>
 
 /// What a person should look at: a sentence each.
 pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &Laid) -> Vec<String> {
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = laid.choice.warning.iter().cloned().collect();
     let far: Vec<&str> = (0..placed.len())
         .filter(|&i| placed[i].distance * face.metres_per_unit > DOUBTFUL)
         .map(|i| handles.labels[i].as_str())

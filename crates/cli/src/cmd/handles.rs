@@ -91,7 +91,7 @@ fn avatar(args: &args::Handles, project: &project::Project, up: UpAxis) -> Resul
 
 /// The command that places the same handles once more.
 fn again(args: &args::Handles, take: &Path, table: &Path) -> String {
-    let [project, take, table] = [&args.project, take, table].map(output::word);
+    let [project, take, table] = [args.project.as_path(), take, table].map(output::word);
     format!("rhytid handles {project} {take} -o {table}{}", args.elsewhere.again())
 }
 

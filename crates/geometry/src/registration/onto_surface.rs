@@ -9,6 +9,14 @@ use rayon::prelude::*;
 const TURNS: usize = 18;
 const TILTS: [f64; 3] = [-25.0, 0.0, 25.0];
 
+/// The points may lie on a part of the surface alone. So the search starts with their middle at the surface's,
+/// and this part of the extent to the left and right, above and below.
+const SHIFT: f64 = 0.2;
+const SHIFTS: [DVec3; 5] = [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y];
+
+/// The first search takes about so many of the points.
+const FIRST_POINTS: usize = 24;
+
 /// The tolerances of the first search, in parts of the surface's extent, and the number of fits with each.
 const FIRST: ([f64; 4], usize) = ([0.1, 0.05, 0.03, 0.02], 6);
 const LAST: ([f64; 5], usize) = ([0.05, 0.03, 0.02, 0.015, 0.01], 40);
@@ -74,11 +82,19 @@ pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Vec<O
     if points.len() < 4 {
         return Vec::new();
     }
-    let search = Search { points, surface, start };
+    let search = Search { points, known: &start.known, surface, start };
+    let step = points.len().div_ceil(FIRST_POINTS).max(1);
+    let some: Vec<usize> = (0..points.len()).filter(|i| i % step == 0 || start.known[*i].is_some()).collect();
+    let of_some: Vec<DVec3> = some.iter().map(|&i| points[i]).collect();
+    let known_of_some: Vec<Option<DVec3>> = some.iter().map(|&i| start.known[i]).collect();
+    let quick = Search { points: &of_some, known: &known_of_some, surface, start };
     let first: Vec<Fit> = search
         .starts()
         .into_par_iter()
-        .filter_map(|motion| search.refine(motion, &FIRST.0, FIRST.1))
+        .filter_map(|motion| {
+            let motion = quick.refine(motion, &FIRST.0, FIRST.1)?.motion;
+            Some(Fit { cost: search.cost(&motion)?, motion })
+        })
         .collect();
     let last: Vec<Fit> = distinct(first)
         .into_par_iter()
@@ -115,12 +131,15 @@ fn distinct(mut fits: Vec<Fit>) -> Vec<Fit> {
 
 struct Search<'a> {
     points: &'a [DVec3],
+    /// The place of each point, if it is known.
+    known: &'a [Option<DVec3>],
     surface: &'a Surface,
     start: &'a Start,
 }
 
 impl Search<'_> {
-    /// Starting motions: the points' middle at the surface's, their front forwards, with all turns and tilts.
+    /// Starting motions: the points' middle near the surface's, their front forwards, with all turns and
+    /// tilts.
     fn starts(&self) -> Vec<Similarity> {
         let count = self.points.len() as f64;
         let middle = self.points.iter().sum::<DVec3>() / count;
@@ -160,8 +179,11 @@ impl Search<'_> {
                 for tilt in TILTS {
                     let turned = DMat3::from_rotation_x(tilt.to_radians()) * turn * from;
                     let rotation = DQuat::from_mat3(&(self.start.axes * turned)).normalize();
-                    let translation = self.start.middle - rotation * (scale * middle);
-                    starts.push(Similarity { scale, rotation, translation });
+                    for shift in SHIFTS {
+                        let at = self.start.middle + self.start.axes * (SHIFT * self.start.extent * shift);
+                        let translation = at - rotation * (scale * middle);
+                        starts.push(Similarity { scale, rotation, translation });
+                    }
                 }
             }
         }
@@ -177,7 +199,7 @@ impl Search<'_> {
                 Some((closest, (1.0 + (closest.distance(*p) / tolerance).powi(2)).powi(-2)))
             }
         };
-        let pairs: Option<Vec<(DVec3, f64)>> = placed.iter().zip(&self.start.known).map(target).collect();
+        let pairs: Option<Vec<(DVec3, f64)>> = placed.iter().zip(self.known).map(target).collect();
         Some(pairs?.into_iter().unzip())
     }
 
@@ -215,7 +237,7 @@ impl Search<'_> {
             let squared = known.or(self.surface.closest(p).map(|closest| closest.point))?.distance_squared(p);
             Some(squared / (far * far + squared))
         };
-        let all: Option<Vec<f64>> = self.points.iter().zip(&self.start.known).map(of).collect();
+        let all: Option<Vec<f64>> = self.points.iter().zip(self.known).map(of).collect();
         Some(all?.iter().sum::<f64>() / self.points.len() as f64)
     }
 
