@@ -7,8 +7,8 @@ pub(crate) fn says_head(label: &str) -> bool {
     !lower.contains("forehead") && words.iter().any(|word| lower.starts_with(word) || lower.ends_with(word))
 }
 
-/// Whether a label is of an actor: whether the actor's name stands before its colon or bar. A colon behind the
-/// name does not matter.
+/// Whether a label is of an actor: whether the actor's name stands before its colon or bar. A colon behind
+/// the name does not matter.
 pub(crate) fn is_of_actor(label: &str, actor: &str) -> bool {
     let name = |text: &str| text.trim().trim_end_matches([':', '|']).to_lowercase();
     label.split_once([':', '|']).is_some_and(|(before, _)| name(before) == name(actor))

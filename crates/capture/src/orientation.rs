@@ -195,8 +195,8 @@ pub(crate) fn choose(
     };
     if let Some(rival) = (0..laid.len()).filter(|i| *i != chosen).find(is_rival) {
         faults.push(format!(
-            "the markers fit the mesh nearly as well when they are turned by {:.0}°: {:.1} mm from it in place of \
-             {:.1} (median)",
+            "the markers fit the mesh nearly as well when they are turned by {:.0}°: {:.1} mm from it in \
+             place of {:.1} (median)",
             turn(rival),
             residuals[rival],
             residuals[chosen]
@@ -208,8 +208,8 @@ pub(crate) fn choose(
         faults.push(format!("the markers are probably laid the wrong way round: {against}"));
     } else if !against.is_empty() {
         warning = Some(format!(
-            "the take and the mesh do not agree about which way is up: as the markers fit best, {against}; look at \
-             the picture"
+            "the take and the mesh do not agree about which way is up: as the markers fit best, {against}; \
+             look at the picture"
         ));
     }
     Choice { chosen, evidence: evidence[chosen], faults, warning }

@@ -68,8 +68,8 @@ impl Posture {
         }
     }
 
-    /// How much more the markers move where they are higher, from −1 to 1, and by how far they move. `heights`
-    /// are those of the `columns`, from the lowest up in any unit. Zero where too few move.
+    /// How much more the markers move where they are higher, from −1 to 1, and how far those move that move
+    /// most. `heights` are those of the `columns`, in any unit. Zero for fewer than eight markers.
     pub(crate) fn motion_above(&self, columns: &[usize], heights: &[f64]) -> (f64, f64) {
         let pairs: Vec<(f64, f64)> = columns
             .iter()

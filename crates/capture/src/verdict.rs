@@ -28,7 +28,8 @@ pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String>
         ));
     } else if far as f64 > MOST_DOUBTFUL * placed.len() as f64 {
         faults.push(format!(
-            "the markers fit the mesh badly: {far} of {} are farther than {:.0} mm from it, expected at most a fifth",
+            "the markers fit the mesh badly: {far} of {} are farther than {:.0} mm from it, expected \
+             at most a fifth",
             placed.len(),
             DOUBTFUL * 1e3
         ));
@@ -59,8 +60,8 @@ pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: 
     }
     if !moved.is_empty() {
         warnings.push(format!(
-            "markers that got the next free vertex, because other markers are at their nearest place: {}; check \
-             that no marker is in the take under two labels",
+            "markers that got the next free vertex, because other markers are at their nearest place: {}; \
+             check that no marker is in the take under two labels",
             moved.join(", ")
         ));
     }

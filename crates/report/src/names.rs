@@ -32,8 +32,8 @@ impl Area {
     }
 }
 
-/// Places each of `words` beside its dot, where it hides no dot and no other name. A name without room is left
-/// out, and so is one whose dot is outside the picture of `size` pixels.
+/// Places each of `words` beside its dot, where it hides no dot and no other name. A name without room is
+/// left out, and so is one whose dot is outside the picture of `size` pixels.
 pub(crate) fn place_names<'a>(dots: &[[f32; 2]], words: &[&'a str], size: [u32; 2]) -> Vec<Name<'a>> {
     let picture = Area { low: [0, 0], high: size.map(|n| n as i32) };
     let around = |[x, y]: [f32; 2]| {

@@ -1,5 +1,5 @@
-//! Which way is up: handles of the shared capture under other axes, names, subsets and bodies. They are compared
-//! with the vertices that the capture was made at.
+//! Which way is up: handles of the shared capture under other axes, names, subsets and bodies. They are
+//! compared with the vertices that the capture was made at.
 use crate::handles::face;
 use glam::{DMat3, DVec3};
 use rhytid_capture::{HandleSettings, PlacedHandles, place_handles};
@@ -102,7 +102,9 @@ fn the_handles_are_the_same_in_any_axes_and_without_names() {
 fn half_a_face_lies_the_right_way_up() {
     let Some(shared) = shared("") else { return };
     let raw = capture(&shared);
-    for (mesh, unit) in [("face", 0.01), ("makehuman", 0.1)] {
+    // On the head of another person, a part of a face slides along the skin. Upside down, it would be farther
+    // off than 40 mm.
+    for (mesh, unit, largest) in [("face", 0.01, 5.0), ("makehuman", 0.1, 25.0)] {
         let head = face(&shared, mesh, unit);
         let whole = placed(&head, &raw);
         assert!(whole.faults.is_empty(), "{mesh}: {:?}", whole.faults);
@@ -119,8 +121,7 @@ fn half_a_face_lies_the_right_way_up() {
             let found = placed(&head, &some);
             let off = apart(&places(&head, &found, &names), &whole);
             println!("{mesh}, {half}: {} markers, {off:.1} mm, {:?}", names.len(), found.faults);
-            // Right, or said to be doubtful.
-            assert!(off < 8.0 || !found.faults.is_empty(), "{mesh}, {half}: {off:.1} mm");
+            assert!(off < largest || !found.faults.is_empty(), "{mesh}, {half}: {off:.1} mm");
         }
     }
 }
@@ -172,8 +173,7 @@ fn a_body_gets_no_handles() {
     let none = BTreeMap::new();
     let (before, after) = (self::places(&head, &alone, &none), self::places(&head, &found, &none));
     assert!(apart(&before, &after) < 0.5);
-    // In feet below the head, an upside-down take is still upside down for its labels' sake alone: the body is
-    // above the face then.
+    // A file whose up axis is the other way round: the body is still below the face.
     let turned = placed(&head, &moved(&body, &|x| DVec3::new(x.x, -x.y, -x.z)));
     assert!(apart(&before, &self::places(&head, &turned, &none)) < 0.5);
 }
