@@ -1,11 +1,18 @@
 //! The handles of a face from one frame of a take: which point of the skin each marker is at.
+use crate::face_cluster::face_clusters;
+use crate::label_words::says_head;
+use crate::subjects::{is_called, parted};
+use crate::labels::is_unlabelled;
+use crate::orientation::{Choice, Known, choose};
+use crate::posture::Posture;
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
+use crate::verdict;
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint};
+use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
 use rhytid_geometry::registration::OntoSurface;
+use rhytid_solve::Skin;
 use rhytid_solve::head::Region;
-use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
 
 /// A marker on a head band keeps its distance from others and is at least this far off the skin, in metres.
@@ -14,16 +21,29 @@ const OFF_SKIN: f64 = 0.005;
 /// Rounds in which markers of a head band are told from those of the face.
 const PASSES: usize = 3;
 
-/// A marker that was laid farther from its vertex than this, in metres, is worth a look.
-const DOUBTFUL: f64 = 0.008;
+/// A marker that was laid farther from the skin than this, in metres, is on no face.
+const FAR: f64 = 0.04;
+
+/// A marker that is shown in a smaller part of the frames gets no handle.
+const RARE: f64 = 0.05;
+
+/// A marker of a cap is nearer than this to the middle of the face, in metres.
+const HEAD: f64 = 0.35;
+
+/// With fewer markers nothing can be laid.
+const FEWEST: usize = 4;
+
+/// A second cluster is a face too if its cost is at most so many times the best one's. Another actor's is one
+/// if its cost is below the second number.
+const FACES: (f64, f64) = (1.5, 0.4);
+
+/// So many known points say where the face is.
+const CERTAIN: usize = 3;
 
 /// Fits with a greater cost are useless.
 pub(crate) const POOR: f64 = 0.75;
 
-/// A fit with another rotation whose cost is below this multiple might be the right one.
-const AMBIGUOUS: f64 = 1.15;
-
-/// What is known about the frame. Everything else is found.
+/// What is known about the take. Everything else is found.
 #[derive(Debug, Clone, Default)]
 pub struct HandleSettings {
     /// The frame to use, counted from 0; else the most typical one.
@@ -32,8 +52,10 @@ pub struct HandleSettings {
     pub metres_per_unit: Option<f64>,
     /// Markers that are not on skin; else found.
     pub rigid: Option<Vec<String>>,
-    /// Points of markers that are known.
+    /// Points of markers that are known. Three or more decide where the face is.
     pub known: Vec<(String, SurfacePoint)>,
+    /// The actor whose markers count: what stands before the colon of their labels. Else all count.
+    pub subject: Option<String>,
     /// The head, if the mesh has more and it is found already.
     pub head: Option<Region>,
 }
@@ -49,208 +71,325 @@ pub struct PlacedHandles {
     pub markers: Vec<[f64; 3]>,
     /// Markers that were left out: on a cap or a head band.
     pub rigid: Vec<String>,
+    /// Markers that were left out: on the body, on another actor or on a thing, not on the face.
+    pub elsewhere: Vec<String>,
+    /// Points that were left out: those without a label, and those that hardly any frame shows.
+    pub unlabelled: Vec<String>,
     /// Markers that the frame does not show.
     pub unseen: Vec<String>,
     /// The frame.
     pub frame: usize,
     /// How badly the markers fit, from 0 to 1.
     pub cost: f64,
-    /// What a person should look at: a sentence each.
+    /// Why the handles are probably wrong: a sentence each. Empty if three or more points were known.
+    pub faults: Vec<String>,
+    /// What else a person should look at: a sentence each.
     pub warnings: Vec<String>,
 }
 
 /// Places a handle for each marker on skin, from one frame of `raw`. The handles of `face` are ignored.
 ///
 /// # Errors
-/// [`Error::Input`]: a frame or a label that the take does not have, fewer than four markers, a mesh that is
-/// not whole or looks elsewhere.
+/// [`Error::Input`]: a frame, a label or an actor that the take does not have, fewer than four markers, a
+/// mesh that is not whole or looks elsewhere.
 pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> Result<PlacedHandles> {
-    let take = &raw.tracks;
-    let (labels, count) = (&take.labels, take.labels.len());
-    let index = |label: &String| {
-        labels.iter().position(|known| known == label).ok_or_else(|| {
-            Error::input(format!("no marker of the take is called “{label}”; it has {}", labels.join(", ")))
-                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
-        })
-    };
-    let frame = settings.frame.unwrap_or_else(|| typical_frame(take));
-    if frame >= take.frames() {
-        return Err(Error::out_of_range(format!(
-            "the frame {frame} is not in the take, expected 0 to {}",
-            take.frames().saturating_sub(1)
-        )));
-    }
-    let at = |m: usize| DVec3::from_array(take.positions[frame * count + m]);
     let skin = match &settings.head {
         Some(head) => Skin::from_region(face, head)?,
         None => Skin::from_face(face)?,
     };
-    let mut known = vec![None; count];
-    for (label, point) in &settings.known {
-        if let Some(vertex) = point.triangle().iter().find(|v| v.index() >= face.neutral.positions.len()) {
-            return Err(Error::out_of_range(format!(
-                "the marker “{label}” is said to be at vertex {vertex}, expected 0 to {}",
-                face.neutral.positions.len().saturating_sub(1)
-            )));
-        }
-        known[index(label)?] = Some(*point);
+    let mut placing = Placing::new(face, raw, settings, &skin)?;
+    let unlabelled = placing.without_unlabelled();
+    let actor = placing.columns.clone();
+    let mut faults = placing.keep_the_face()?;
+    let frame = placing.frame;
+    let others: Vec<usize> = actor.iter().copied().filter(|m| !placing.columns.contains(m)).collect();
+    let posture = Posture::new(&raw.tracks, &placing.columns, &others, frame);
+    let shown: Vec<usize> = placing.columns.iter().copied().filter(|&m| seen(placing.at(m))).collect();
+    let Cap { rigid, laid } = placing.cap(&shown, &others, &posture)?;
+    let mut on_skin: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
+    let mut laid = match laid {
+        Some(laid) => laid,
+        None => placing.lay(&on_skin, &posture)?,
+    };
+    // What is far off the face says nothing about where the face is.
+    let far: Vec<usize> = (0..on_skin.len())
+        .filter(|&i| placing.known[on_skin[i]].is_none())
+        .filter(|&i| skin.distance(laid.fit.points[i]) * face.metres_per_unit > FAR)
+        .map(|i| on_skin[i])
+        .collect();
+    if !far.is_empty() && on_skin.len() >= FEWEST + far.len() {
+        on_skin.retain(|m| !far.contains(m));
+        laid = placing.lay(&on_skin, &posture)?;
     }
-    let metres = settings.metres_per_unit.or(raw.metres_per_unit);
-    let metres = metres.or(raw.in_head_space.then_some(face.metres_per_unit));
-    let lay = |markers: &[usize]| {
-        let positions: Vec<DVec3> = markers.iter().map(|&m| at(m)).collect();
-        skin.place(&positions, metres, &markers.iter().map(|&m| known[m]).collect::<Vec<_>>())
-    };
-    let shown: Vec<usize> = (0..count).filter(|&m| seen(at(m))).collect();
-    let rigid: BTreeSet<usize> = match &settings.rigid {
-        Some(rigid) => rigid.iter().map(index).collect::<Result<_>>()?,
-        None => {
-            // A fit with all markers says roughly which ones are off the skin. A fit without these says which
-            // really are.
-            let mut rigid = BTreeSet::new();
-            for _ in 0..PASSES {
-                let others: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
-                let (laid, _) = lay(&others)?;
-                let distance = |m: usize| skin.distance(laid.motion.apply(at(m))) * face.metres_per_unit;
-                // Markers whose labels say so come first, then the farthest.
-                let rank = |&m: &usize| (says_head(&labels[m]), distance(m), m);
-                let mut off: Vec<(bool, f64, usize)> = shown.iter().map(rank).collect();
-                off.retain(|(says, distance, m)| known[*m].is_none() && (*says || *distance > OFF_SKIN));
-                off.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
-                let off: Vec<usize> = off.into_iter().map(|(_, _, m)| m).collect();
-                rigid = rigid_set(take, &off).into_iter().collect();
-                if shown.len() < rigid.len() + 4 {
-                    rigid.clear();
-                }
-            }
-            rigid
-        }
-    };
-    let on_skin: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
-    let (laid, placed) = lay(&on_skin)?;
+    let placed = skin.points(&laid.fit, &placing.known_of(&on_skin))?;
+    let labels = &raw.tracks.labels;
     let handles = Handles {
         labels: on_skin.iter().map(|&m| labels[m].clone()).collect(),
         points: placed.iter().map(|placed| placed.point).collect(),
     };
-    let warnings = warnings(face, &handles, &placed, &laid);
+    faults.extend(verdict::faults(face, &placed, &laid));
+    let mut warnings = verdict::warnings(face, &handles, &placed, &laid);
+    if settings.known.len() >= CERTAIN {
+        faults.append(&mut warnings);
+        warnings = std::mem::take(&mut faults);
+    }
+    let names = |columns: &mut dyn Iterator<Item = usize>| -> Vec<String> {
+        columns.map(|m| labels[m].clone()).collect()
+    };
+    let is_rigid = |m: &usize| rigid.contains(m);
     Ok(PlacedHandles {
         distances: placed.iter().map(|placed| placed.distance).collect(),
-        markers: laid.points.iter().map(DVec3::to_array).collect(),
-        rigid: rigid.iter().map(|&m| labels[m].clone()).collect(),
-        unseen: (0..count).filter(|&m| !seen(at(m))).map(|m| labels[m].clone()).collect(),
+        markers: laid.fit.points.iter().map(DVec3::to_array).collect(),
+        rigid: names(&mut rigid.iter().copied()),
+        elsewhere: names(&mut actor.iter().copied().filter(|m| {
+            !is_rigid(m) && (!placing.columns.contains(m) || far.contains(m) && !on_skin.contains(m))
+        })),
+        unseen: names(&mut placing.columns.iter().copied().filter(|m| !shown.contains(m) && !is_rigid(m))),
+        unlabelled: names(&mut unlabelled.into_iter()),
         handles,
         frame,
-        cost: laid.cost,
+        cost: laid.fit.cost,
+        faults,
         warnings,
     })
 }
 
-fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &OntoSurface) -> Vec<String> {
-    let mut warnings = Vec::new();
-    let named = |chosen: &dyn Fn(usize) -> bool| {
-        let all: Vec<&str> =
-            (0..placed.len()).filter(|&i| chosen(i)).map(|i| handles.labels[i].as_str()).collect();
-        (!all.is_empty()).then(|| all.join(", "))
-    };
-    if laid.cost > POOR {
-        warnings.push(
-            "the markers fit the mesh badly: look at the picture, and choose another frame or give the \
-             vertices of three or four markers by hand"
-                .to_owned(),
-        );
-    } else if laid.runner_up < AMBIGUOUS * laid.cost {
-        warnings.push(
-            "the markers fit the mesh nearly as well in another orientation: look at the picture, and if it \
-             is wrong, give the vertices of three or four markers by hand"
-                .to_owned(),
-        );
-    }
-    if let Some(far) = named(&|i| placed[i].distance * face.metres_per_unit > DOUBTFUL) {
-        warnings.push(format!("markers farther than {} mm from the mesh: {far}", DOUBTFUL * 1e3));
-    }
-    let mut moved: Vec<String> = Vec::new();
-    for (label, placed) in handles.labels.iter().zip(placed) {
-        if let Some(other) = placed.beside {
-            moved.push(format!("{label} (at the place of {})", handles.labels[other]));
+/// Markers on the mesh, the right way up.
+pub(crate) struct Laid {
+    pub fit: OntoSurface,
+    pub choice: Choice,
+}
+
+/// Markers of a cap or a head band.
+struct Cap {
+    rigid: BTreeSet<usize>,
+    /// The other markers on the mesh, if they were laid without those of the cap.
+    laid: Option<Laid>,
+}
+
+/// The markers of a take that are to be placed.
+struct Placing<'a> {
+    face: &'a Face,
+    take: &'a Take,
+    settings: &'a HandleSettings,
+    skin: &'a Skin,
+    /// Metres in one unit of the take, if known.
+    metres: Option<f64>,
+    in_head_space: bool,
+    /// The columns of the markers.
+    columns: Vec<usize>,
+    /// The point of each column, if known.
+    known: Vec<Option<SurfacePoint>>,
+    frame: usize,
+}
+
+impl<'a> Placing<'a> {
+    fn new(face: &'a Face, raw: &'a RawTake, settings: &'a HandleSettings, skin: &'a Skin) -> Result<Self> {
+        let take = &raw.tracks;
+        let metres = settings.metres_per_unit.or(raw.metres_per_unit);
+        let mut placing = Self {
+            face,
+            take,
+            settings,
+            skin,
+            metres: metres.or(raw.in_head_space.then_some(face.metres_per_unit)),
+            in_head_space: raw.in_head_space,
+            columns: (0..take.labels.len()).collect(),
+            known: vec![None; take.labels.len()],
+            frame: settings.frame.unwrap_or(0),
+        };
+        if placing.frame >= take.frames() {
+            return Err(Error::out_of_range(format!(
+                "the frame {} is not in the take, expected 0 to {}",
+                placing.frame,
+                take.frames().saturating_sub(1)
+            )));
         }
-    }
-    if !moved.is_empty() {
-        warnings.push(format!(
-            "markers that got the next free vertex, because other markers are at their nearest place: {}; check \
-             that no marker is in the take under two labels",
-            moved.join(", ")
-        ));
-    }
-    let side = |i: usize| side(&handles.labels[i]).map(|left| left == (laid.points[i].x > middle(face)));
-    let sides: Vec<bool> = (0..placed.len()).filter_map(side).collect();
-    let right = sides.iter().filter(|right| **right).count();
-    if sides.len() >= 4 && 2 * right < sides.len() {
-        warnings.push(
-            "markers whose labels say left are on the face's right, and the reverse: the take, the mesh or \
-             the labels are a mirror image"
-                .to_owned(),
-        );
-    }
-    warnings
-}
-
-/// The middle between the face's left and its right.
-fn middle(face: &Face) -> f64 {
-    face.neutral.bounds().map_or(0.0, |[low, high]| 0.5 * (low[0] + high[0]))
-}
-
-/// Whether a label says that its marker is on a cap or a head band.
-pub(crate) fn says_head(label: &str) -> bool {
-    let lower = label.to_lowercase();
-    let words = ["head", "cap", "helmet", "band", "hat"];
-    !lower.contains("forehead") && words.iter().any(|word| lower.starts_with(word) || lower.ends_with(word))
-}
-
-/// Whether a label says left or right: `brow_l`, `LeftBrow`, `R_Cheek`, `lip.R`.
-fn side(label: &str) -> Option<bool> {
-    let lower = label.to_lowercase();
-    for (word, left) in [("left", true), ("right", false)] {
-        if lower.contains(word) {
-            return Some(left);
+        for (label, point) in &settings.known {
+            if let Some(vertex) = point.triangle().iter().find(|v| v.index() >= face.neutral.positions.len())
+            {
+                return Err(Error::out_of_range(format!(
+                    "the marker “{label}” is said to be at vertex {vertex}, expected 0 to {}",
+                    face.neutral.positions.len().saturating_sub(1)
+                )));
+            }
+            let column = placing.column(label)?;
+            placing.known[column] = Some(*point);
         }
-    }
-    let parts: Vec<&str> = label.split(['_', '.', '-', ' ', ':']).collect();
-    if parts.len() > 1 {
-        for part in [parts[0], parts[parts.len() - 1]] {
-            match part {
-                "l" | "L" => return Some(true),
-                "r" | "R" => return Some(false),
-                _ => {}
+        if let Some(subject) = &settings.subject {
+            let labels = parted(&[], &take.labels);
+            placing.columns.retain(|&m| {
+                labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject))
+            });
+            if placing.columns.is_empty() {
+                return Err(Error::input(format!(
+                    "no marker of the take belongs to the actor “{subject}”: expected labels that begin with \
+                     “{subject}:”; it has {}",
+                    take.labels.join(", ")
+                )));
             }
         }
+        Ok(placing)
     }
-    None
+
+    fn column(&self, label: &String) -> Result<usize> {
+        let labels = &self.take.labels;
+        labels.iter().position(|known| known == label).ok_or_else(|| {
+            Error::input(format!("no marker of the take is called “{label}”; it has {}", labels.join(", ")))
+                .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
+        })
+    }
+
+    /// Where the frame shows a column's marker.
+    fn at(&self, m: usize) -> DVec3 {
+        DVec3::from_array(self.take.positions[self.frame * self.take.labels.len() + m])
+    }
+
+    fn known_of(&self, columns: &[usize]) -> Vec<Option<SurfacePoint>> {
+        columns.iter().map(|&m| self.known[m]).collect()
+    }
+
+    /// Leaves out points without a label and those that hardly any frame shows, unless nothing else is there.
+    /// Returns them.
+    fn without_unlabelled(&mut self) -> Vec<usize> {
+        let count = self.take.labels.len();
+        let shows =
+            |m: usize| self.take.positions.iter().skip(m).step_by(count).filter(|p| !p[0].is_nan()).count();
+        let is_left_out = |m: &usize| {
+            let is_rare = (shows(*m) as f64) < RARE * self.take.frames() as f64;
+            self.known[*m].is_none() && (is_unlabelled(&self.take.labels[*m]) || is_rare)
+        };
+        let (left_out, kept): (Vec<usize>, Vec<usize>) = self.columns.iter().copied().partition(is_left_out);
+        if kept.len() < FEWEST {
+            return Vec::new();
+        }
+        self.columns = kept;
+        left_out
+    }
+
+    /// Leaves out the markers that are not of the face, and finds the frame. Returns what is wrong if the
+    /// take shows more than one face.
+    fn keep_the_face(&mut self) -> Result<Vec<String>> {
+        if self.columns.len() < FEWEST {
+            return Err(Error::no_fit(format!(
+                "the take has {} markers with a label, expected at least {FEWEST}",
+                self.columns.len()
+            )));
+        }
+        let mut best: Option<(f64, Self)> = None;
+        let mut costs = Vec::new();
+        let clusters = face_clusters(self.take, &self.columns, self.metres);
+        let is_alone = clusters.len() < 2;
+        for cluster in clusters {
+            let label = self.take.labels[cluster[0]].clone();
+            let mut of_cluster = Self { known: self.known.clone(), columns: cluster, ..*self };
+            // Who names the vertex of a marker, knows that it is on the face.
+            let named = self.columns.iter().filter(|m| self.known[**m].is_some());
+            of_cluster.columns.extend(named);
+            of_cluster.columns.sort_unstable();
+            of_cluster.columns.dedup();
+            if self.settings.frame.is_none() {
+                of_cluster.frame = typical_frame(&select(self.take, &of_cluster.columns));
+            }
+            let shown: Vec<usize> =
+                of_cluster.columns.iter().copied().filter(|&m| seen(of_cluster.at(m))).collect();
+            let cost =
+                if is_alone { 0.0 } else { of_cluster.lay_all(&shown).map_or(1.0, |laid| laid[0].cost) };
+            costs.push((cost, label));
+            if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+                best = Some((cost, of_cluster));
+            }
+        }
+        let Some((least, of_face)) = best else { return Ok(Vec::new()) };
+        *self = of_face;
+        // A hand fits too, if its markers are few. Another actor's face has another prefix.
+        let prefix = |label: &str| label.split_once(':').map(|(actor, _)| actor.to_owned());
+        let own = prefix(&self.take.labels[self.columns[0]]);
+        costs.retain(|(cost, label)| *cost <= FACES.0 * least || *cost < FACES.1 && prefix(label) != own);
+        if costs.len() < 2 {
+            return Ok(Vec::new());
+        }
+        let of: Vec<String> =
+            costs.into_iter().map(|(_, label)| format!("one with the marker “{label}”")).collect();
+        Ok(vec![format!("the take shows more than one face, {}; say which actor is meant", of.join(" and "))])
+    }
+
+    /// Markers of a cap or a head band, among those of the face that are `shown` and `others`.
+    fn cap(&self, shown: &[usize], others: &[usize], posture: &Posture) -> Result<Cap> {
+        if let Some(rigid) = &self.settings.rigid {
+            let rigid = rigid.iter().map(|label| self.column(label)).collect::<Result<_>>()?;
+            return Ok(Cap { rigid, laid: None });
+        }
+        // A fit with all markers says roughly which ones are off the skin. A fit without these says which
+        // really are.
+        let mut rigid = BTreeSet::new();
+        for _ in 0..PASSES {
+            let of_face: Vec<usize> = shown.iter().copied().filter(|m| !rigid.contains(m)).collect();
+            let laid = self.lay(&of_face, posture)?;
+            let place = |m: usize| laid.fit.motion.apply(self.at(m));
+            let metres = self.face.metres_per_unit;
+            let distance = |m: usize| self.skin.distance(place(m)) * metres;
+            // Markers whose labels say so come first, then the farthest.
+            let rank = |&m: &usize| (says_head(&self.take.labels[m]), distance(m), m);
+            let mut off: Vec<(bool, f64, usize)> = shown.iter().map(rank).collect();
+            off.retain(|(says, distance, m)| self.known[*m].is_none() && (*says || *distance > OFF_SKIN));
+            off.sort_by(|a, b| b.0.cmp(&a.0).then(b.1.total_cmp(&a.1)));
+            let off: Vec<usize> = off.into_iter().map(|(_, _, m)| m).collect();
+            // A cap may have markers that are far from the face's.
+            let is_near = |m: &usize| place(*m).distance(self.skin.middle()) * metres < HEAD;
+            let near: Vec<usize> = others.iter().copied().filter(is_near).collect();
+            let all = [shown, &near].concat();
+            let candidates: Vec<usize> =
+                off.iter().chain(&near).filter_map(|m| all.iter().position(|other| other == m)).collect();
+            let found = rigid_set(&select(self.take, &all), &candidates);
+            let mut now: BTreeSet<usize> = found.into_iter().map(|i| all[i]).collect();
+            if shown.len() < now.iter().filter(|m| shown.contains(m)).count() + FEWEST {
+                now.clear();
+            }
+            if now == rigid {
+                return Ok(Cap { rigid, laid: Some(laid) });
+            }
+            rigid = now;
+        }
+        Ok(Cap { rigid, laid: None })
+    }
+
+    /// Lays some markers over the skin in every orientation that fits.
+    fn lay_all(&self, columns: &[usize]) -> Result<Vec<OntoSurface>> {
+        let positions: Vec<DVec3> = columns.iter().map(|&m| self.at(m)).collect();
+        self.skin.lay(&positions, self.metres, &self.known_of(columns))
+    }
+
+    /// Lays some markers over the skin, the right way up.
+    fn lay(&self, columns: &[usize], posture: &Posture) -> Result<Laid> {
+        let mut laid = self.lay_all(columns)?;
+        let known = Known {
+            posture,
+            columns,
+            labels: columns.iter().map(|&m| self.take.labels[m].as_str()).collect(),
+            axes: self.skin.axes(),
+            middle: self.skin.middle(),
+            metres_per_unit: self.face.metres_per_unit,
+            in_head_space: self.in_head_space,
+        };
+        let distance = |fit: &OntoSurface, i: usize| match self.known[columns[i]] {
+            Some(point) => self.skin.at(&point).distance(fit.points[i]),
+            None => self.skin.distance(fit.points[i]),
+        };
+        let choice = choose(&laid, &known, &distance);
+        Ok(Laid { fit: laid.swap_remove(choice.chosen), choice })
+    }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::{says_head, side};
-
-    #[test]
-    fn labels_say_their_side() {
-        for (label, expected) in [
-            ("brow_l", Some(true)),
-            ("R_Cheek", Some(false)),
-            ("LeftBrow3", Some(true)),
-            ("lip.R", Some(false)),
-            ("actor:jaw-right", Some(false)),
-            ("mp30", None),
-            ("lip", None),
-            ("l", None),
-        ] {
-            assert_eq!(side(label), expected, "{label}");
-        }
-    }
-
-    #[test]
-    fn labels_say_what_is_on_the_head() {
-        let says = ["head0", "Head_L", "HAT", "anna:cap", "headband2"].map(says_head);
-        assert_eq!(says, [true; 5]);
-        assert_eq!(["forehead_l", "brow", "LeftCheek"].map(says_head), [false; 3]);
+/// Some columns of a take.
+fn select(take: &Take, columns: &[usize]) -> Take {
+    let count = take.labels.len();
+    let frames = take.positions.chunks(count.max(1));
+    Take {
+        labels: columns.iter().map(|&m| take.labels[m].clone()).collect(),
+        times: take.times.clone(),
+        positions: frames.flat_map(|frame| columns.iter().map(|&m| frame[m])).collect(),
+        head: None,
+        confidence: None,
     }
 }

@@ -1,6 +1,6 @@
 //! The head's markers: the rigid set that travels with the face. A slate, a chair or another actor's cap is
 //! rigid as well, but goes its own way.
-use crate::handles::says_head;
+use crate::label_words::says_head;
 use crate::head::{FACE_TOLERANCE, Fit, RIGID_TOLERANCE, fitted, thinned};
 use crate::rigid_sets::Distances;
 use crate::settings::Settings;

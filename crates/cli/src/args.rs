@@ -29,7 +29,7 @@ pub(crate) use fine_detail::FineDetail;
 pub(crate) use help::{DOCS, command};
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
-pub(crate) use placing::{Handles, New, TakeReading, TakeSpace};
+pub(crate) use placing::{Handles, New, Placement, TakeReading, TakeSpace};
 #[cfg(feature = "wgpu")]
 pub(crate) use render::{Background, BeforeChoice, Render, Show};
 pub(crate) use setup::Setup;

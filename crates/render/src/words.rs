@@ -3,7 +3,8 @@
 use crate::heat::Heat;
 use crate::picture::Picture;
 use embedded_graphics::Pixel;
-use embedded_graphics::mono_font::{MonoTextStyle, iso_8859_1::FONT_10X20};
+use embedded_graphics::mono_font::iso_8859_1::{FONT_7X13, FONT_10X20};
+use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
 use embedded_graphics::text::{Alignment, Baseline, Text, TextStyleBuilder};
@@ -11,6 +12,9 @@ use std::convert::Infallible;
 
 /// Height of a line of words, in pixels.
 pub const LINE: u32 = 24;
+
+/// The size of a small letter, in pixels.
+pub const SMALL: [u32; 2] = [7, 13];
 
 /// The size of a legend, in pixels.
 pub const LEGEND: [u32; 2] = [300, 2 * LINE + 8];
@@ -30,8 +34,27 @@ impl Picture {
     /// Writes a line of Latin-1 letters of 10 × 20 pixels, whose top is at `at`. Pixels outside the picture
     /// are left out.
     pub fn write(&mut self, words: &str, at: [i32; 2], anchor: Anchor, colour: [u8; 3]) {
-        let [r, g, b] = colour;
-        let font = MonoTextStyle::new(&FONT_10X20, Rgb888::new(r, g, b));
+        self.write_with(&FONT_10X20, words, at, anchor, colour);
+    }
+
+    /// Writes a line of Latin-1 letters of the size [`SMALL`] whose top left corner is at `at`, with a rim of
+    /// one pixel of another colour around each letter. Pixels outside the picture are left out.
+    pub fn write_small(&mut self, words: &str, [x, y]: [i32; 2], colour: [u8; 3], rim: [u8; 3]) {
+        for [right, down] in [[-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, 1], [-1, 1], [1, -1]] {
+            self.write_with(&FONT_7X13, words, [x + right, y + down], Anchor::Left, rim);
+        }
+        self.write_with(&FONT_7X13, words, [x, y], Anchor::Left, colour);
+    }
+
+    fn write_with(
+        &mut self,
+        font: &MonoFont<'_>,
+        words: &str,
+        at: [i32; 2],
+        anchor: Anchor,
+        [r, g, b]: [u8; 3],
+    ) {
+        let font = MonoTextStyle::new(font, Rgb888::new(r, g, b));
         let style = TextStyleBuilder::new()
             .baseline(Baseline::Top)
             .alignment(match anchor {

@@ -33,6 +33,8 @@ mod events;
 #[cfg(feature = "render")]
 mod handles;
 mod map;
+#[cfg(feature = "render")]
+mod names;
 mod page;
 #[cfg_attr(not(feature = "render"), path = "no_painter.rs")]
 mod painter;

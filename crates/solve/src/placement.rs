@@ -213,27 +213,25 @@ impl Skin {
         })
     }
 
-    /// Lays markers over the skin, and gives each marker a point of its own.
+    /// Lays markers over the skin in each orientation in which they come to rest, the one that fits best
+    /// first. There is at least one.
     ///
     /// `markers` may be in any unit and axes. `metres_per_unit` is their unit, if known, and `known` are the
     /// points of markers whose point is known.
     ///
     /// # Errors
     /// [`Error::Input`] for fewer than four markers.
-    pub fn place(
+    pub fn lay(
         &self,
         markers: &[DVec3],
         metres_per_unit: Option<f64>,
         known: &[Option<SurfacePoint>],
-    ) -> Result<(OntoSurface, Vec<Placed>)> {
-        let surface = &self.surface;
-        let mut middle = DVec3::ZERO;
+    ) -> Result<Vec<OntoSurface>> {
+        let middle = self.middle();
         let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         for v in self.moving() {
-            middle += self.rest[v];
             (low, high) = (low.min(self.rest[v]), high.max(self.rest[v]));
         }
-        middle /= self.moving().count() as f64;
         let extent = low.distance(high);
         let scale = metres_per_unit.map(|metres| metres / self.metres_per_unit);
         let scale = scale.unwrap_or_else(|| self.likely_scale(markers, extent));
@@ -244,9 +242,23 @@ impl Skin {
             scales: [scale / SIZES, scale * SIZES],
             known: known.iter().map(|point| point.map(|point| self.at(&point))).collect(),
         };
-        let laid = onto_surface(markers, surface, &start).ok_or_else(|| {
-            Error::no_fit("fewer than four markers are seen in that frame; choose another frame")
-        })?;
+        let laid = onto_surface(markers, &self.surface, &start);
+        if laid.is_empty() {
+            return Err(Error::no_fit(
+                "fewer than four markers are seen in that frame; choose another frame",
+            ));
+        }
+        Ok(laid)
+    }
+
+    /// Gives each marker that was laid a point of its own on the skin. `known` are the points of markers
+    /// whose point is known.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for more markers than vertices.
+    pub fn points(&self, laid: &OntoSurface, known: &[Option<SurfacePoint>]) -> Result<Vec<Placed>> {
+        let surface = &self.surface;
+        let markers = &laid.points;
         let mut placed: Vec<Option<Placed>> = vec![None; markers.len()];
         let mut taken = vec![false; self.rest.len()];
         for (placed, point) in
@@ -302,11 +314,11 @@ impl Skin {
             let point = VertexId::from_index(v).into();
             placed[i] = Some(Placed { point, distance: self.rest[v].distance(laid.points[i]), beside });
         }
-        Ok((laid, placed.into_iter().flatten().collect()))
+        Ok(placed.into_iter().flatten().collect())
     }
 
-    /// Where a point is at rest.
-    fn at(&self, point: &SurfacePoint) -> DVec3 {
+    /// Where a point of the mesh is at rest.
+    pub fn at(&self, point: &SurfacePoint) -> DVec3 {
         DVec3::from_array(point.mean(|v| self.rest[v.index()].to_array()))
     }
 
@@ -337,6 +349,16 @@ impl Skin {
     fn is_apart(&self, place: DVec3, placed: &[Option<Placed>]) -> bool {
         let far = |other: &Placed| self.at(&other.point).distance(place) * self.metres_per_unit >= APART;
         placed.iter().flatten().all(far)
+    }
+
+    /// The face's right, up and forward axes, of length 1.
+    pub fn axes(&self) -> DMat3 {
+        self.axes
+    }
+
+    /// The middle of what examples move, or of the skin without examples.
+    pub fn middle(&self) -> DVec3 {
+        self.moving().map(|v| self.rest[v]).sum::<DVec3>() / self.moving().count() as f64
     }
 
     /// The distance of a point from the skin, in mesh units.

@@ -11,3 +11,4 @@ mod shuffles;
 mod spread;
 mod steps;
 mod video;
+mod upright;

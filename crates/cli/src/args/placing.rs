@@ -15,6 +15,32 @@ use rhytid::playback::shapes_hash;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
+/// Which markers of a take become handles, and what is known of their places.
+#[derive(Debug, Clone, clap::Args)]
+pub(crate) struct Placement {
+    /// The take's frame near the neutral face, counted from 0, or auto: the one that is most like the others.
+    #[arg(long, value_name = "N", default_value = "auto")]
+    pub frame: FrameChoice,
+
+    /// A marker or handle whose vertex is known, and kept; can be given many times. Three or more say where
+    /// the face is.
+    #[arg(long, value_name = "LABEL=VERTEX")]
+    pub at: Vec<LabelAt>,
+
+    /// Markers that are on no skin [default: those that keep their distances and are off the mesh].
+    #[arg(long, value_name = "A,B,C", value_delimiter = ',')]
+    pub rigid: Option<Vec<String>>,
+
+    /// The actor whose markers count: what stands before the colon of their labels [default: all markers
+    /// count].
+    #[arg(long, value_name = "ACTOR")]
+    pub subject: Option<String>,
+
+    /// The take's frames per second [default: what the file says].
+    #[arg(long, value_name = "N", value_parser = parse_rate)]
+    pub rate: Option<f64>,
+}
+
 /// `rhytid handles`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Handles {
@@ -28,29 +54,26 @@ pub(crate) struct Handles {
     #[arg(required_unless_present = "count", conflicts_with = "count")]
     pub take: Option<PathBuf>,
 
-    /// The take's frame near the neutral face, counted from 0, or auto: the one that is most like the others.
-    #[arg(long, value_name = "N", default_value = "auto", conflicts_with = "count")]
-    pub frame: FrameChoice,
-
     /// Without a take: so many handles, spread over the front of the face.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(4..=4096))]
+    #[arg(
+        long,
+        value_name = "N",
+        value_parser = clap::value_parser!(u32).range(4..=4096),
+        conflicts_with_all = ["frame", "rigid", "subject", "unit", "rate"]
+    )]
     pub count: Option<u32>,
 
-    /// A marker or handle whose vertex is known, and kept; can be given many times.
-    #[arg(long, value_name = "LABEL=VERTEX")]
-    pub at: Vec<LabelAt>,
+    #[command(flatten)]
+    pub placement: Placement,
 
-    /// Markers that are on no skin [default: those that keep their distances and are off the mesh].
-    #[arg(long, value_name = "A,B,C", value_delimiter = ',', conflicts_with = "count")]
-    pub rigid: Option<Vec<String>>,
+    /// The part of the mesh that is the head: an object, a group or a material [default: the one that examples
+    /// move, or that has the name or the shape of a head].
+    #[arg(long, value_name = "NAME")]
+    pub part: Option<String>,
 
     /// The take's unit [default: what the file says, or what fits the mesh's size].
-    #[arg(long, value_enum, conflicts_with = "count")]
+    #[arg(long, value_enum)]
     pub unit: Option<UnitChoice>,
-
-    /// The take's frames per second [default: what the file says].
-    #[arg(long, value_name = "N", conflicts_with = "count", value_parser = parse_rate)]
-    pub rate: Option<f64>,
 
     /// The table to write [default: the one that the project file names, if it is not there yet].
     #[arg(short, long, value_name = "markers.csv")]
@@ -83,6 +106,9 @@ pub(crate) struct New {
     /// the face].
     #[arg(long, value_name = "TAKE")]
     pub take: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub placement: Placement,
 
     /// Shapes of glTF and USD files to take as examples, such as "mouth*,jawOpen" [default: all].
     #[arg(long, value_name = "NAMES", value_delimiter = ',')]

@@ -1,26 +1,15 @@
 //! `rhytid handles`
 
+use super::placing::{Avatar, at_markers, spread};
 use crate::args::UnitChoice;
-use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
-use rhytid::core::human;
-use rhytid::core::{AtomicFile, Handles};
-use rhytid::core::{SurfacePoint, VertexId};
-use rhytid::formats::{FileKind, named_output, project, raw_take, refuse_inputs, tables};
-use rhytid::report::write_handles;
-use rhytid::solve::Skin;
-use rhytid::{Error, Face, InputErrorKind, Result};
+use rhytid::core::{AtomicFile, UpAxis, human};
+use rhytid::formats::mesh::{self, Selection};
+use rhytid::formats::{FileKind, named_file, named_output, project, refuse_inputs};
+use rhytid::{Error, InputErrorKind, Result};
 use serde::Serialize;
-use std::collections::HashSet;
 use std::path::{Path, PathBuf};
-
-/// A marker that was laid farther from its vertex than this, in millimetres, is red in the picture.
-const DOUBTFUL_MM: f64 = 8.0;
-
-/// Handles named in the summary, the farthest first.
-const NAMED: usize = 5;
 
 /// Places handles, writes their table and a picture, and says how far each had to be moved.
 ///
@@ -42,45 +31,40 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     refuse_inputs(&[&table, &picture], read.chain(args.take.as_deref()))?;
     drop(AtomicFile::create(&table)?);
     drop(AtomicFile::create(&picture)?);
-    let mut face = ui
-        .timed("read", || project::load_without_handles(&project, &args.project, args.elsewhere.reach()))
-        .0?;
-    let millimetres = face.metres_per_unit * 1e3;
-    let is_drawn;
-    let mut placed = None;
-    let lines = match &args.take {
-        Some(take) => {
-            let found = ui.timed("place", || from_take(args, take, &face)).0?;
-            let distances: Vec<f64> = found.distances.iter().map(|d| d * millimetres).collect();
-            face.handles = found.handles.clone();
-            tables::write_handles(&table, &face.handles, Some(&distances))?;
-            let doubtful: Vec<bool> = distances.iter().map(|distance| *distance > DOUBTFUL_MM).collect();
-            is_drawn = draw(&picture, &face, &doubtful, &found.markers)?;
-            ui.clear();
-            found
-                .warnings
-                .iter()
-                .for_each(|warning| ui.line(&format!("warning: {}: {warning}", take.display())));
-            let lines = said(&found, &distances, ui);
-            placed = Some((found, distances));
-            lines
+    let reach = args.elsewhere.reach();
+    let face = ui.timed("read", || project::load_without_handles(&project, &args.project, reach)).0?;
+    let avatar = avatar(args, &project, face.up_axis)?;
+    let place = || match &args.take {
+        Some(take) => at_markers(face, &avatar, take, args.unit.map(UnitChoice::metres), &args.placement),
+        None => spread(face, &avatar, args.count.unwrap_or_default() as usize, &args.placement),
+    };
+    let placed = ui.timed("place", place).0?;
+    placed.write_table(&table)?;
+    let is_drawn = placed.draw(&picture)?;
+    ui.clear();
+    let drawn = is_drawn.then_some(&picture);
+    if let Some(take) = &placed.take {
+        if let Some(fault) = take.fault(&again(args, &take.path, &table), drawn.map(PathBuf::as_path)) {
+            ui.line(&format!("warning: {fault}"));
         }
-        None => {
-            face.handles = ui.timed("place", || spread(args, &face)).0?;
-            tables::write_handles(&table, &face.handles, None)?;
-            is_drawn = draw(&picture, &face, &[], &[])?;
-            ui.clear();
-            format!("{} spread over the face", human::counted(face.handles.labels.len(), "handle"))
-        }
+        take.warn(ui);
+    }
+    let found = placed.take.as_ref().map(|take| &take.found);
+    let count = human::counted(placed.face.handles.labels.len(), "handle");
+    let lines = match &placed.take {
+        Some(take) => format!("{count}\n{}", output::table(&take.rows(ui))),
+        None => format!("{count} spread over the face"),
     };
     let summary = Summary {
         file: &table,
-        picture: is_drawn.then_some(&picture),
-        handles: face.handles.labels.len(),
-        frame: placed.as_ref().map(|(found, _)| found.frame),
-        distances_mm: placed.as_ref().map(|(_, distances)| distances),
-        left_out: placed.as_ref().map(|(found, _)| &*found.rigid).unwrap_or_default(),
-        not_seen: placed.as_ref().map(|(found, _)| &*found.unseen).unwrap_or_default(),
+        picture: drawn,
+        handles: placed.face.handles.labels.len(),
+        frame: found.map(|found| found.frame),
+        distances_mm: placed.take.as_ref().map(|take| &take.distances),
+        left_out: found.map(|found| &*found.rigid).unwrap_or_default(),
+        elsewhere: found.map(|found| &*found.elsewhere).unwrap_or_default(),
+        no_label: found.map(|found| &*found.unlabelled).unwrap_or_default(),
+        not_seen: found.map(|found| &*found.unseen).unwrap_or_default(),
     };
     output::done(args.json, ui, &summary, || {
         let look = match is_drawn {
@@ -96,6 +80,21 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     })
 }
 
+/// What the project's neutral says of its head.
+fn avatar(args: &args::Handles, project: &project::Project, up: UpAxis) -> Result<Avatar> {
+    let reach = args.elsewhere.reach();
+    let neutral = named_file(&args.project, &project.mesh.neutral, "[mesh] neutral", reach)?;
+    let selection = Selection { prim: project.mesh.prim.clone(), time: None };
+    let shapes = mesh::read_file(&neutral, &selection, false)?;
+    Ok(Avatar::new(&neutral, &shapes, args.part.clone())?.with_up(up))
+}
+
+/// The command that places the same handles once more.
+fn again(args: &args::Handles, take: &Path, table: &Path) -> String {
+    let [project, take, table] = [args.project.as_path(), take, table].map(output::word);
+    format!("rhytid handles {project} {take} -o {table}{}", args.elsewhere.again())
+}
+
 /// The JSON that is printed.
 #[derive(Serialize)]
 struct Summary<'a> {
@@ -108,18 +107,9 @@ struct Summary<'a> {
     /// The distance of each handle from its marker; null without a take.
     distances_mm: Option<&'a Vec<f64>>,
     left_out: &'a [String],
+    elsewhere: &'a [String],
+    no_label: &'a [String],
     not_seen: &'a [String],
-}
-
-/// Draws the face with its handles, if a device can draw. Returns whether it did.
-///
-/// # Errors
-/// [`Error::Io`].
-pub(super) fn draw(picture: &Path, face: &Face, doubtful: &[bool], markers: &[[f64; 3]]) -> Result<bool> {
-    with_pictures(&format!("{} is", picture.display()), |painter| match painter {
-        Some(painter) => write_handles(picture, face, doubtful, markers, painter),
-        None => Ok(()),
-    })
 }
 
 /// The table to write: the one that the project names, if it does not exist.
@@ -150,72 +140,4 @@ fn picture(args: &args::Handles, project: &project::Project, table: &Path) -> Re
             named_output(&args.project, &file, "[handles] vertices", "png", args.elsewhere.reach())
         }
     }
-}
-
-fn from_take(args: &args::Handles, take: &Path, face: &Face) -> Result<PlacedHandles> {
-    let raw = raw_take::read(take, args.rate)?;
-    let settings = HandleSettings {
-        frame: args.frame.0,
-        metres_per_unit: args.unit.map(UnitChoice::metres),
-        rigid: args.rigid.clone(),
-        known: args.at.iter().map(|at| (at.label.clone(), VertexId(at.vertex).into())).collect(),
-        head: None,
-    };
-    place_handles(face, &raw, &settings).map_err(|error| error.in_file(take.display()))
-}
-
-fn spread(args: &args::Handles, face: &Face) -> Result<Handles> {
-    let vertices = face.neutral.positions.len();
-    if let Some(at) = args.at.iter().find(|at| at.vertex as usize >= vertices) {
-        return Err(Error::out_of_range(format!(
-            "--at {}={}: the mesh has {vertices} vertices, expected 0 to {}",
-            at.label,
-            at.vertex,
-            vertices.saturating_sub(1)
-        )));
-    }
-    let skin = Skin::from_face(face)?;
-    let kept: Vec<VertexId> = args.at.iter().map(|at| VertexId(at.vertex)).collect();
-    let vertices = skin.spread(args.count.unwrap_or_default() as usize, &kept);
-    let mut labels = skin.labels(&vertices);
-    labels.iter_mut().zip(&args.at).for_each(|(label, at)| label.clone_from(&at.label));
-    // A label that was given belongs to its vertex alone.
-    let mut taken: HashSet<String> = args.at.iter().map(|at| at.label.clone()).collect();
-    for label in labels.iter_mut().skip(args.at.len()) {
-        while !taken.insert(label.clone()) {
-            label.push('b');
-        }
-    }
-    Ok(Handles { labels, points: vertices.into_iter().map(SurfacePoint::from).collect() })
-}
-
-/// What was found, for a person to check.
-fn said(found: &PlacedHandles, distances: &[f64], ui: &Ui) -> String {
-    let number = |x: f64| human::number((x * 10.0).round() / 10.0);
-    let mut sorted: Vec<(f64, &str)> =
-        distances.iter().copied().zip(found.handles.labels.iter().map(String::as_str)).collect();
-    sorted.sort_by(|a, b| b.0.total_cmp(&a.0));
-    let median = sorted.get(sorted.len() / 2).map_or(0.0, |(distance, _)| *distance);
-    let farthest: Vec<String> =
-        sorted.iter().take(NAMED).map(|(distance, label)| format!("{label} {}", number(*distance))).collect();
-    let mut rows = vec![
-        ["frame".to_owned(), found.frame.to_string()],
-        [
-            "from its marker".to_owned(),
-            format!("{} mm (median); the farthest: {} mm", number(median), farthest.join(", ")),
-        ],
-    ];
-    if !found.rigid.is_empty() {
-        rows.push([
-            "left out".to_owned(),
-            format!("{}: off the skin, they keep their distances", output::names(&found.rigid, ui)),
-        ]);
-    }
-    if !found.unseen.is_empty() {
-        rows.push([
-            "not seen".to_owned(),
-            format!("{}: no handle for them", output::names(&found.unseen, ui)),
-        ]);
-    }
-    format!("{}\n{}", human::counted(found.handles.labels.len(), "handle"), output::table(&rows))
 }

@@ -18,6 +18,7 @@ mod listen;
 mod man;
 mod masks;
 mod new;
+mod placing;
 mod prepare;
 mod recording_file;
 #[cfg(feature = "wgpu")]

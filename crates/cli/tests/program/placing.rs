@@ -80,6 +80,61 @@ fn a_raw_take_finds_its_vertices() {
 }
 
 #[test]
+fn a_bad_fit_is_refused_by_new_and_told_by_handles_in_the_same_words() {
+    let raw = Raw::new();
+    // Each marker is off by 25 mm, all in directions of their own.
+    raw.write(&|j, _, x| {
+        let (angle, z) = (2.4 * j as f64, (0.7 * j as f64).sin());
+        let flat = (1.0 - z * z).sqrt();
+        let off = [flat * angle.cos(), flat * angle.sin(), z];
+        Some([0, 1, 2].map(|c| x[c] + if j < raw.labels.len() - 4 { 25.0 * off[c] } else { 0.0 }))
+    });
+    let [take, made] = ["raw.trc", "made"].map(|name| raw.path(name).display().to_string());
+    let neutral = demo().join("neutral.obj").display().to_string();
+    let new = format!("new {neutral} --examples {}/poses --take {take} -o {made}", demo().display());
+    let output = rhytid(&new).output().unwrap();
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(2), "{said}");
+    let bad = |text: &str| {
+        let start = text.find("the markers fit the mesh badly").unwrap_or_else(|| panic!("{text}"));
+        text[start..].split("; look at").next().unwrap().to_owned()
+    };
+    let words = bad(&said);
+    assert!(words.contains("expected at most"), "{words}");
+    assert!(said.contains(&format!("rhytid new {neutral} --take {take} -o {made}")), "{said}");
+    let at = "--frame N --at LABEL=VERTEX --at LABEL=VERTEX --at LABEL=VERTEX";
+    assert!(said.contains(at), "{said}");
+    for (name, is_there) in
+        [("face.toml", false), ("markers.csv", false), ("markers.png", false), ("misfit.png", true)]
+    {
+        assert_eq!(Path::new(&made).join(name).exists(), is_there, "{name}");
+    }
+    // The same words are a warning of the other command.
+    project(raw.folder.path());
+    let face = raw.path("face.toml").display().to_string();
+    let output = rhytid(&format!("handles {face} {take} --allow-elsewhere")).output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && said.contains("warning: "), "{said}");
+    assert_eq!(bad(&said), words);
+    assert!(said.contains(&format!("rhytid handles {face} {take} -o ")) && said.contains(at), "{said}");
+    // With three vertices the take is taken as it is.
+    let handles = tables::read_handles(&demo().join("markers.csv")).unwrap();
+    let known = (0..3).map(|i| {
+        let h = i * (handles.labels.len() / 3);
+        format!(" --at {}={}", handles.labels[h], handles.points[h].nearest_vertex().0)
+    });
+    let output = rhytid(&format!("{new}{}", known.collect::<String>())).output().unwrap();
+    assert!(output.status.success() && stderr(&output).contains("fit the mesh badly"), "{}", stderr(&output));
+    assert!(Path::new(&made).join("face.toml").is_file());
+    // Options about a take need one.
+    let lone = raw.path("lone");
+    std::fs::create_dir(&lone).unwrap();
+    std::fs::copy(demo().join("neutral.obj"), lone.join("neutral.obj")).unwrap();
+    let output = rhytid(&format!("new {} --frame 3", lone.join("neutral.obj").display())).output().unwrap();
+    assert!(output.status.code() == Some(2) && stderr(&output).contains("there is no take beside it"));
+}
+
+#[test]
 fn handles_are_spread_evenly_on_both_sides() {
     let raw = Raw::new();
     project(raw.folder.path());

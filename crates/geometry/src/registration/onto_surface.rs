@@ -9,12 +9,20 @@ use rayon::prelude::*;
 const TURNS: usize = 18;
 const TILTS: [f64; 3] = [-25.0, 0.0, 25.0];
 
+/// The points may lie on a part of the surface alone. So the search starts with their middle at the surface's,
+/// and this part of the extent to the left and right, above and below.
+const SHIFT: f64 = 0.2;
+const SHIFTS: [DVec3; 5] = [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y];
+
+/// The first search takes about so many of the points.
+const FIRST_POINTS: usize = 24;
+
 /// The tolerances of the first search, in parts of the surface's extent, and the number of fits with each.
 const FIRST: ([f64; 4], usize) = ([0.1, 0.05, 0.03, 0.02], 6);
 const LAST: ([f64; 5], usize) = ([0.05, 0.03, 0.02, 0.015, 0.01], 40);
 
 /// So many of the best results of the first search are refined by the last search.
-const KEPT: usize = 4;
+const KEPT: usize = 8;
 
 /// A point at this part of the extent from its place costs one half. The cost of a point that is far away
 /// grows to 1.
@@ -22,6 +30,9 @@ const HALF_COST: f64 = 0.01;
 
 /// Two results count as different if their rotations differ by more than this, in radians.
 const DIFFERENT: f64 = 0.26;
+
+/// The front of the points is known if their bulge is at least this correlation. Else both sides are tried.
+const BULGES: f64 = 0.5;
 
 /// The weight of a point whose place is known; a point that looks for its place has the weight 1.
 const KNOWN: f64 = 20.0;
@@ -57,56 +68,79 @@ pub struct OntoSurface {
     pub points: Vec<DVec3>,
     /// How badly the points fit, from 0 to 1.
     pub cost: f64,
-    /// The cost of the best fit whose rotation differs by 15° or more; infinite if there is none.
-    pub runner_up: f64,
 }
 
-/// Lays `points` over `surface` by a similarity; `None` for fewer than four points or without a surface.
+/// Lays `points` over `surface` by a similarity. Each fit differs from those before it by a turn of 15° or
+/// more; the best one is first. Empty for fewer than four points or without a surface.
 ///
 /// From many starting points, it iterates closest points (Besl and McKay 1992). They are reweighted by Geman
 /// and McClure's function with a tolerance that shrinks. Then each axis may stretch a little.
 ///
 /// The bulge tells front from back: the points of a face bulge towards where it looks. On a symmetric
 /// surface, mirrored points do not tell left from right; only labels do.
-pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Option<OntoSurface> {
+pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Vec<OntoSurface> {
     if points.len() < 4 {
-        return None;
+        return Vec::new();
     }
-    let search = Search { points, surface, start };
-    let mut found: Vec<(f64, Similarity)> = search
-        .starts()?
+    let search = Search { points, known: &start.known, surface, start };
+    let step = points.len().div_ceil(FIRST_POINTS).max(1);
+    let some: Vec<usize> = (0..points.len()).filter(|i| i % step == 0 || start.known[*i].is_some()).collect();
+    let of_some: Vec<DVec3> = some.iter().map(|&i| points[i]).collect();
+    let known_of_some: Vec<Option<DVec3>> = some.iter().map(|&i| start.known[i]).collect();
+    let quick = Search { points: &of_some, known: &known_of_some, surface, start };
+    let first: Vec<Fit> = search
+        .starts()
         .into_par_iter()
-        .map(|motion| search.refine(motion, &FIRST.0, FIRST.1))
-        .collect::<Option<_>>()?;
-    found.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let turned = |a: &Similarity, b: &Similarity| a.rotation.angle_between(b.rotation) > DIFFERENT;
-    let mut kept: Vec<(f64, Similarity)> = Vec::new();
-    for (cost, motion) in found {
-        if kept.len() < KEPT && kept.iter().all(|(_, other)| turned(&motion, other)) {
-            kept.push((cost, motion));
+        .filter_map(|motion| {
+            let motion = quick.refine(motion, &FIRST.0, FIRST.1)?.motion;
+            Some(Fit { cost: search.cost(&motion)?, motion })
+        })
+        .collect();
+    let last: Vec<Fit> = distinct(first)
+        .into_par_iter()
+        .take(KEPT)
+        .filter_map(|fit| search.refine(fit.motion, &LAST.0, LAST.1))
+        .collect();
+    let mut found = Vec::new();
+    for Fit { cost, motion } in distinct(last) {
+        if let Some((stretch, points)) = search.stretch(&motion) {
+            found.push(OntoSurface { motion, stretch, points, cost });
         }
     }
-    let mut last: Vec<(f64, Similarity)> = kept
-        .into_par_iter()
-        .map(|(_, motion)| search.refine(motion, &LAST.0, LAST.1))
-        .collect::<Option<_>>()?;
-    last.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let (cost, motion) = *last.first()?;
-    let other = last.iter().find(|(_, other)| turned(&motion, other));
-    let runner_up = other.map_or(f64::INFINITY, |(cost, _)| *cost);
-    let (stretch, points) = search.stretch(&motion)?;
-    Some(OntoSurface { motion, stretch, points, cost, runner_up })
+    found
+}
+
+/// A motion, and how badly the points fit with it.
+struct Fit {
+    cost: f64,
+    motion: Similarity,
+}
+
+/// The fits that are turned otherwise than each better one, the best first.
+fn distinct(mut fits: Vec<Fit>) -> Vec<Fit> {
+    fits.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut kept: Vec<Fit> = Vec::new();
+    for fit in fits {
+        let is_other = |other: &Fit| fit.motion.rotation.angle_between(other.motion.rotation) > DIFFERENT;
+        if kept.iter().all(is_other) {
+            kept.push(fit);
+        }
+    }
+    kept
 }
 
 struct Search<'a> {
     points: &'a [DVec3],
+    /// The place of each point, if it is known.
+    known: &'a [Option<DVec3>],
     surface: &'a Surface,
     start: &'a Start,
 }
 
 impl Search<'_> {
-    /// Starting motions: the points' middle at the surface's, their front forwards, with all turns and tilts.
-    fn starts(&self) -> Option<Vec<Similarity>> {
+    /// Starting motions: the points' middle near the surface's, their front forwards, with all turns and
+    /// tilts.
+    fn starts(&self) -> Vec<Similarity> {
         let count = self.points.len() as f64;
         let middle = self.points.iter().sum::<DVec3>() / count;
         // The direction in which the points spread least is across the face.
@@ -126,20 +160,34 @@ impl Search<'_> {
             heights += height / count;
             radii += radius / count;
         });
-        let bulge: f64 = self.points.iter().map(of).map(|(h, r)| (h - heights) * (r - radii)).sum();
+        let (mut bulge, mut of_heights, mut of_radii) = (0.0, 0.0, 0.0);
+        for (height, radius) in self.points.iter().map(of) {
+            bulge += (height - heights) * (radius - radii);
+            of_heights += (height - heights).powi(2);
+            of_radii += (radius - radii).powi(2);
+        }
         let front = if bulge > 0.0 { -across } else { across };
-        let (right, up) = front.any_orthonormal_pair();
-        let from = DMat3::from_cols(right, up, front).transpose();
+        let is_known = bulge.abs() > BULGES * (of_heights * of_radii).sqrt();
+        let fronts = if is_known { vec![front] } else { vec![front, -front] };
         let scale = (self.start.scales[0] * self.start.scales[1]).sqrt();
-        let turn = |i: usize| {
-            let angle = i as f64 / TURNS as f64 * std::f64::consts::TAU;
-            TILTS.map(|tilt| {
-                let turned = DMat3::from_rotation_x(tilt.to_radians()) * DMat3::from_rotation_z(angle) * from;
-                let rotation = DQuat::from_mat3(&(self.start.axes * turned)).normalize();
-                Similarity { scale, rotation, translation: self.start.middle - rotation * (scale * middle) }
-            })
-        };
-        scale.is_finite().then(|| (0..TURNS).flat_map(turn).collect())
+        let mut starts = Vec::new();
+        for front in fronts.into_iter().filter(|_| scale.is_finite()) {
+            let (right, up) = front.any_orthonormal_pair();
+            let from = DMat3::from_cols(right, up, front).transpose();
+            for i in 0..TURNS {
+                let turn = DMat3::from_rotation_z(i as f64 / TURNS as f64 * std::f64::consts::TAU);
+                for tilt in TILTS {
+                    let turned = DMat3::from_rotation_x(tilt.to_radians()) * turn * from;
+                    let rotation = DQuat::from_mat3(&(self.start.axes * turned)).normalize();
+                    for shift in SHIFTS {
+                        let at = self.start.middle + self.start.axes * (SHIFT * self.start.extent * shift);
+                        let translation = at - rotation * (scale * middle);
+                        starts.push(Similarity { scale, rotation, translation });
+                    }
+                }
+            }
+        }
+        starts
     }
 
     /// The target of each placed point, and its weight.
@@ -151,12 +199,12 @@ impl Search<'_> {
                 Some((closest, (1.0 + (closest.distance(*p) / tolerance).powi(2)).powi(-2)))
             }
         };
-        let pairs: Option<Vec<(DVec3, f64)>> = placed.iter().zip(&self.start.known).map(target).collect();
+        let pairs: Option<Vec<(DVec3, f64)>> = placed.iter().zip(self.known).map(target).collect();
         Some(pairs?.into_iter().unzip())
     }
 
     /// Fits with each of some tolerances, in parts of the extent.
-    fn refine(&self, mut motion: Similarity, tolerances: &[f64], fits: usize) -> Option<(f64, Similarity)> {
+    fn refine(&self, mut motion: Similarity, tolerances: &[f64], fits: usize) -> Option<Fit> {
         for tolerance in tolerances.iter().map(|part| part * self.start.extent) {
             for _ in 0..fits {
                 let placed: Vec<DVec3> = self.points.iter().map(|p| motion.apply(*p)).collect();
@@ -169,7 +217,7 @@ impl Search<'_> {
                 }
             }
         }
-        Some((self.cost(&motion)?, motion))
+        Some(Fit { cost: self.cost(&motion)?, motion })
     }
 
     /// The same fit with a scale within the allowed bounds.
@@ -189,7 +237,7 @@ impl Search<'_> {
             let squared = known.or(self.surface.closest(p).map(|closest| closest.point))?.distance_squared(p);
             Some(squared / (far * far + squared))
         };
-        let all: Option<Vec<f64>> = self.points.iter().zip(&self.start.known).map(of).collect();
+        let all: Option<Vec<f64>> = self.points.iter().zip(self.known).map(of).collect();
         Some(all?.iter().sum::<f64>() / self.points.len() as f64)
     }
 
@@ -297,10 +345,16 @@ mod tests {
             // One of the points is no marker of the face.
             let mut markers: Vec<DVec3> = places.iter().map(|p| back.apply(*p)).collect();
             markers.push(back.apply(DVec3::new(0.0, 130.0, 60.0)));
-            let found = onto_surface(&markers, &surface, &start).unwrap();
+            let all = onto_surface(&markers, &surface, &start);
+            let (found, other) = (&all[0], &all[1]);
             let off = found.points.iter().zip(&places).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
             assert!(off < 3.0, "turned by {angle} about {axis}: {off} mm off, {found:?}");
-            assert!(found.runner_up > 2.0 * found.cost, "{} {}", found.cost, found.runner_up);
+            assert!(other.cost > 2.0 * found.cost, "{} {}", found.cost, other.cost);
+            assert!(all.is_sorted_by(|a, b| a.cost <= b.cost));
+            for (i, a) in all.iter().enumerate() {
+                let turn = |b: &OntoSurface| a.motion.rotation.angle_between(b.motion.rotation);
+                assert!(all[..i].iter().all(|b| turn(b) > DIFFERENT));
+            }
         }
     }
 

@@ -5,14 +5,15 @@ mod place;
 mod text;
 mod unit;
 
+use super::placing::{Avatar, FromTake, Placed};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use find::{Alike, Found, LeftOut};
-use place::{Avatar, Placed, find_handles};
+use place::find_handles;
 use rhytid::core::UpAxis;
 use rhytid::formats::mesh::{self, Selection};
 use rhytid::formats::project::{self, Project};
-use rhytid::formats::{FileKind, Reach, named_file, tables};
+use rhytid::formats::{FileKind, Reach, named_file, refuse_inputs};
 use rhytid::solve::head::Region;
 use rhytid::solve::{ExampleSpace, Severity, examine, example_spaces};
 use rhytid::{Error, Face, InputErrorKind, Result};
@@ -46,7 +47,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     let neutral = ui.timed("read the neutral", read).0?;
     let Found { sections, left_out, alike } =
         ui.timed("find examples", || find::examples(args, &neutral)).0?;
-    let avatar = Avatar::new(args, &neutral)?;
+    let avatar = Avatar::new(&args.neutral, &neutral, args.part.clone())?;
     let head = avatar.head_alone(&neutral.neutral)?;
     let unit = unit::unit(&neutral.neutral, neutral.space, head.as_ref(), args)?;
     let mut content = Content {
@@ -65,7 +66,9 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         let face = read_face(&mut content)?.face;
         placed.face = Face { handles: placed.face.handles, ..face };
     }
-    let Placed { face, take, distances, head } = placed;
+    if let Some(take) = placed.take.as_ref().filter(|take| !take.found.faults.is_empty()) {
+        return Err(refused(args, &placed, take, folder, ui));
+    }
 
     // Everything is known before the first file is written.
     let text = content.text();
@@ -74,12 +77,9 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     if !folder.as_os_str().is_empty() {
         std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
     }
-    let distances: Option<Vec<f64>> =
-        distances.map(|distances| distances.iter().map(|d| d * face.metres_per_unit * 1e3).collect());
-    let doubtful: Vec<bool> = distances.iter().flatten().map(|distance| *distance > 8.0).collect();
     let write = || {
-        tables::write_handles(&table, &face.handles, distances.as_deref())?;
-        let is_drawn = super::handles::draw(&picture, &face, &doubtful, &[])?;
+        placed.write_table(&table)?;
+        let is_drawn = placed.draw(&picture)?;
         output::file(&project, text.as_bytes())?;
         Ok(is_drawn)
     };
@@ -90,7 +90,13 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         }
     })?;
     let picture = is_drawn.then_some(picture);
+    let Placed { face, take, head } = placed;
+    let take = take.as_ref();
+    let distances = take.map(|take| &*take.distances);
     ui.clear();
+    if let Some(take) = take {
+        take.warn(ui);
+    }
     if let Some(warning) = &unit.warning {
         ui.line(warning);
     }
@@ -106,8 +112,9 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         spaces: &spaces,
         alike: &alike,
         left_out: &left_out,
-        handles: handles_said(&face, take.as_deref(), distances.as_deref(), picture.as_deref()),
-        take: take.as_deref(),
+        handles: handles_said(&face, take, picture.as_deref()),
+        rows: take.map(|take| take.rows(ui)).unwrap_or_default(),
+        take: take.map(|take| &*take.path),
     };
     let summary = Summary {
         project: &project,
@@ -122,8 +129,9 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         alike: &alike,
         left_out: &left_out,
         handles: face.handles.labels.len(),
-        take: take.as_deref(),
-        distances_mm: distances.as_deref(),
+        take: take.map(|take| &*take.path),
+        frame: take.map(|take| take.found.frame),
+        distances_mm: distances,
     };
     output::done(args.json, ui, &summary, || said.text())
 }
@@ -148,6 +156,8 @@ struct Summary<'a> {
     handles: usize,
     /// Null without a take.
     take: Option<&'a Path>,
+    /// The frame that was laid over the mesh; null without a take.
+    frame: Option<usize>,
     distances_mm: Option<&'a [f64]>,
 }
 
@@ -199,22 +209,35 @@ fn is_elsewhere(parsed: &Project, project: &Path) -> bool {
     files.any(|file| named_file(project, file, "", Reach::Below).is_err())
 }
 
+/// The error for a take whose markers do not fit. A picture shows what is wrong, if a device can draw.
+fn refused(args: &args::New, placed: &Placed, take: &FromTake, folder: &Path, ui: &Ui) -> Error {
+    let picture = folder.join("misfit.png");
+    let is_input = refuse_inputs(&[&picture], [&*args.neutral, &*take.path]).is_err();
+    let has_folder = folder.as_os_str().is_empty() || std::fs::create_dir_all(folder).is_ok();
+    let is_drawn = !is_input && has_folder && placed.draw(&picture).unwrap_or(false);
+    ui.clear();
+    take.warn(ui);
+    let mut command =
+        format!("rhytid new {} --take {}", output::word(&args.neutral), output::word(&take.path));
+    for (option, folder) in [("-o", &args.output), ("--examples", &args.examples)] {
+        if let Some(folder) = folder {
+            command += &format!(" {option} {}", output::word(folder));
+        }
+    }
+    if let Some(part) = &args.part {
+        command += &format!(" --part {}", output::word(Path::new(part)));
+    }
+    Error::no_fit(take.fault(&command, is_drawn.then_some(&*picture)).unwrap_or_default())
+}
+
 /// What is said of the handles.
-fn handles_said(
-    face: &Face,
-    take: Option<&Path>,
-    distances: Option<&[f64]>,
-    picture: Option<&Path>,
-) -> String {
+fn handles_said(face: &Face, take: Option<&FromTake>, picture: Option<&Path>) -> String {
     let count = face.handles.labels.len();
-    let (Some(take), Some(distances)) = (take, distances) else {
+    let Some(take) = take else {
         return format!("{count}, spread over the face: no take was found");
     };
-    let mut distances = distances.to_vec();
-    distances.sort_by(f64::total_cmp);
-    let median = distances.get(distances.len() / 2).copied().unwrap_or_default();
     let look = picture.map_or_else(String::new, |path| format!("; look at {}", path.display()));
-    format!("{count}, from {}: {median:.1} mm from their markers (median){look}", take.display())
+    format!("{count}, from {}{look}", take.path.display())
 }
 
 /// What is printed for people.
@@ -229,6 +252,8 @@ struct Said<'a> {
     alike: &'a [Alike],
     left_out: &'a [LeftOut],
     handles: String,
+    /// What the take says of them.
+    rows: Vec<[String; 2]>,
     take: Option<&'a Path>,
 }
 
@@ -263,6 +288,7 @@ impl Said<'_> {
             rows.push(row("left out", format!("{}{shape}: {why}", file.display())));
         }
         rows.push(row("handles", self.handles.clone()));
+        rows.extend_from_slice(&self.rows);
         let take = self.take.map_or_else(|| "TAKE.csv".to_owned(), output::word);
         let [project, rig, usd] =
             ["face.toml", "face.safetensors", "face.usd"].map(|name| output::word(&folder.join(name)));

@@ -1,0 +1,76 @@
+//! What is wrong with placed handles, and what a person should look at.
+use crate::handles::{Laid, POOR};
+use rhytid_core::numbers::median;
+use rhytid_core::{Face, Handles};
+use rhytid_solve::Placed;
+
+/// A marker that was laid farther from its handle than this, in metres, is worth a look.
+const DOUBTFUL: f64 = 0.008;
+
+/// The largest part of the markers that may be doubtful.
+const MOST_DOUBTFUL: f64 = 0.2;
+
+/// The largest distance of a marker from its handle, in metres, at the median.
+const LARGEST: f64 = 0.005;
+
+/// Why handles are probably wrong: a sentence each.
+pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String> {
+    let mut distances: Vec<f64> =
+        placed.iter().map(|placed| placed.distance * face.metres_per_unit).collect();
+    let far = distances.iter().filter(|distance| **distance > DOUBTFUL).count();
+    let usual = median(&mut distances);
+    let mut faults = Vec::new();
+    if usual > LARGEST || laid.fit.cost > POOR {
+        faults.push(format!(
+            "the markers fit the mesh badly: they are {:.1} mm from it (median), expected at most {:.0}",
+            usual * 1e3,
+            LARGEST * 1e3
+        ));
+    } else if far as f64 > MOST_DOUBTFUL * placed.len() as f64 {
+        faults.push(format!(
+            "the markers fit the mesh badly: {far} of {} are farther than {:.0} mm from it, expected \
+             at most a fifth",
+            placed.len(),
+            DOUBTFUL * 1e3
+        ));
+    }
+    faults.extend_from_slice(&laid.choice.faults);
+    faults
+}
+
+/// What a person should look at: a sentence each.
+pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &Laid) -> Vec<String> {
+    let mut warnings: Vec<String> = laid.choice.warning.iter().cloned().collect();
+    let far: Vec<&str> = (0..placed.len())
+        .filter(|&i| placed[i].distance * face.metres_per_unit > DOUBTFUL)
+        .map(|i| handles.labels[i].as_str())
+        .collect();
+    if !far.is_empty() {
+        warnings.push(format!(
+            "markers farther than {} mm from the mesh: {}",
+            DOUBTFUL * 1e3,
+            far.join(", ")
+        ));
+    }
+    let mut moved: Vec<String> = Vec::new();
+    for (label, placed) in handles.labels.iter().zip(placed) {
+        if let Some(other) = placed.beside {
+            moved.push(format!("{label} (at the place of {})", handles.labels[other]));
+        }
+    }
+    if !moved.is_empty() {
+        warnings.push(format!(
+            "markers that got the next free vertex, because other markers are at their nearest place: {}; \
+             check that no marker is in the take under two labels",
+            moved.join(", ")
+        ));
+    }
+    if laid.choice.evidence.is_mirrored() {
+        warnings.push(
+            "markers whose labels say left are on the face's right, and the reverse: the take, the mesh or \
+             the labels are a mirror image"
+                .to_owned(),
+        );
+    }
+    warnings
+}
