@@ -30,9 +30,9 @@ enum Kind {
     TakeCsv,
 }
 
-/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV, Vicon's CSV or the take's own CSV. The first bytes tell the
-/// format, and otherwise the extension does. `rate`, in frames per second, replaces the rate of the file. (A
-/// take's CSV has times instead of a rate.)
+/// Reads a file of C3D, TRC, Motive's CSV, Qualisys' TSV, Vicon's CSV or the take's own CSV. The first bytes
+/// tell the format, and otherwise the extension does. `rate`, in frames per second, replaces the rate of the
+/// file. (A take's CSV has times instead of a rate.)
 ///
 /// # Errors
 /// [`Error::Input`]: a file that is damaged or cut short before its first frame, has no frames or no markers,
