@@ -77,7 +77,7 @@ fn far_numbers(take: &mut RawTake) {
     });
     for Candidate { magnitude, .. } in candidates {
         let mut markers = vec![false; m];
-        let (mut samples, mut value) = (0, magnitude);
+        let (mut samples, mut value) = (0_usize, magnitude);
         for (sample, position) in take.tracks.positions.iter_mut().enumerate() {
             if let Some(&x) = position.iter().find(|x| x.abs() == magnitude) {
                 *position = RawTake::MISSING;

@@ -80,7 +80,9 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
     if is_marker.contains(&false) {
         keep_columns(&mut labels, &is_marker);
         keep_columns(&mut points.positions, &is_marker);
-        points.confidence.as_mut().map(|confidence| keep_columns(confidence, &is_marker));
+        if let Some(confidence) = &mut points.confidence {
+            keep_columns(confidence, &is_marker);
+        }
     }
     let unit =
         parameters.texts("POINT", "UNITS").and_then(|units| units.first().map(|unit| labels::text(unit)));
