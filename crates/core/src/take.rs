@@ -33,8 +33,8 @@ impl Take {
 
     /// The take's own rate in frames per second. It comes from the mean of the steps that are no gaps: those
     /// within a half of the median, since files round their times. A rate of rounded times is set to a whole
-    /// number, to a multiple of 1000/1001 or to a number of few digits if that is within 0.04 %, and within the
-    /// rounding. The rate is 30 where it cannot be told, as from one frame.
+    /// number, to a multiple of 1000/1001 or to a number of few digits if that is within 0.04 %, and within
+    /// the rounding. The rate is 30 where it cannot be told, as from one frame.
     pub fn rate(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);

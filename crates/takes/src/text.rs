@@ -1,5 +1,5 @@
-//! The text of tables, however a program wrote it: in UTF-8 or UTF-16, with tabs, commas, semicolons or blanks
-//! between its cells, and with points or commas in its numbers.
+//! The text of tables, however a program wrote it: in UTF-8 or UTF-16, with tabs, commas, semicolons or
+//! blanks between its cells, and with points or commas in its numbers.
 use std::borrow::Cow;
 
 /// A text in UTF-8 without a byte order mark. A text that is not UTF-16 stays as it is.
@@ -88,7 +88,8 @@ fn separator(text: &[u8], word: &str) -> Option<u8> {
     found
 }
 
-/// The text with one tab in place of blanks and tabs that lie beside each other, and none at the ends of lines.
+/// The text with one tab in place of blanks and tabs that lie beside each other, and none at the ends of
+/// lines.
 fn with_tabs(text: &[u8]) -> Vec<u8> {
     let mut out = Vec::with_capacity(text.len());
     let mut is_apart = false;

@@ -124,10 +124,7 @@ impl Clock {
                 Ok(self.without_rounding(times))
             }
             (None, Some(times)) => {
-                warnings.push(format!(
-                    "there is no frame rate; the column of times is used, {}",
-                    self.rate_of(times)
-                ));
+                warnings.push(format!("there is no frame rate; the times are used, {}", self.rate_of(times)));
                 Ok(self.without_rounding(times))
             }
             (None, None) => Err(no_rate()),

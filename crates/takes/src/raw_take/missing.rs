@@ -1,7 +1,7 @@
 //! What stands for “not seen” in place of a position: numbers far outside the take, and 0, 0, 0.
 //!
-//! Formats have words for “not seen”, which their readers know. Many programs write a number instead. A single
-//! frame does not tell that number from a position, so whole tracks are judged here.
+//! Formats have words for “not seen”, which their readers know. Many programs write a number instead. A
+//! single frame does not tell that number from a position, so whole tracks are judged here.
 use rayon::prelude::*;
 use rhytid_core::text::listed;
 use rhytid_core::{RawTake, Take};
@@ -9,12 +9,12 @@ use rhytid_core::{RawTake, Take};
 /// A number stands for “not seen” if its magnitude is this many times that of the rest of the take.
 const FAR: f64 = 3.0;
 
-/// The same for a number that programs use for this purpose, such as 9999999, and for one that whole positions
-/// consist of.
+/// The same for a number that programs use for this purpose, such as 9999999, and for one that whole
+/// positions consist of.
 const FAR_IF_CONSPICUOUS: f64 = 1.5;
 
-/// A number stands for “not seen” only if so many coordinates have exactly this number. A wild position that a
-/// system mistook for a marker has numbers of its own.
+/// A number stands for “not seen” only if so many coordinates have exactly this number. A wild position that
+/// a system mistook for a marker has numbers of its own.
 const LEAST_REPEATED: usize = 3;
 
 /// The share of the take's coordinates that counts as its rest. What is beyond are wild positions.
@@ -77,7 +77,7 @@ fn far_numbers(take: &mut RawTake) {
     });
     for Candidate { magnitude, .. } in candidates {
         let mut markers = vec![false; m];
-        let (mut samples, mut value) = (0, magnitude);
+        let (mut samples, mut value) = (0_usize, magnitude);
         for (sample, position) in take.tracks.positions.iter_mut().enumerate() {
             if let Some(&x) = position.iter().find(|x| x.abs() == magnitude) {
                 *position = RawTake::MISSING;

@@ -7,8 +7,8 @@ use crate::tables::rows::Rows;
 use crate::text::{Table, utf_8};
 use rhytid_core::{Error, InputErrorKind, RawTake, Result, TakeEvent, Timecode};
 
-/// Reads a file. An empty cell means that the marker was not seen. Lengths are in millimetres: the file does not
-/// state the unit, but the program always writes millimetres.
+/// Reads a file. An empty cell means that the marker was not seen. Lengths are in millimetres: the file does
+/// not state the unit, but the program always writes millimetres.
 ///
 /// # Errors
 /// [`Error::Input`].

@@ -1,6 +1,6 @@
 //! The text that Vicon's Nexus and Shogun export as CSV or ASCII. A file has sections one below the other. A
-//! section has a line of its name, a line of its rate, a line of labels, a line of columns, a line of units, and
-//! frames. Only the section of the trajectories and that of the events are read.
+//! section has a line of its name, a line of its rate, a line of labels, a line of columns, a line of units,
+//! and frames. Only the section of the trajectories and that of the events are read.
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;

@@ -235,11 +235,11 @@ pub(super) fn first_frame(header: &Header, parameters: &Parameters<'_>, warnings
     }
 }
 
-/// The layout that begins where the size of the file says, though no statement does. Between the parameters and
-/// that place, or between the byte that is `stated` and that place, there may be nothing but zeros.
+/// The layout that begins where the size of the file says, though no statement does. Between the parameters
+/// and that place, or between the byte that is `stated` and that place, there may be nothing but zeros.
 ///
-/// So the spare blocks of the parameters are not taken for points if the file was cut, and bytes that follow the
-/// last frame do not move the first one.
+/// So the spare blocks of the parameters are not taken for points if the file was cut, and bytes that follow
+/// the last frame do not move the first one.
 fn by_size(file: &[u8], sections: &Sections<'_>, stated: Option<usize>, shapes: &[Layout]) -> Option<Layout> {
     let is_zero = |bytes: &[u8]| bytes.iter().all(|&byte| byte == 0);
     for shape in shapes {

@@ -34,10 +34,10 @@ pub(super) const MARK: u8 = 0x50;
 
 /// Reads the points of a file of either storage and from any of the three processors.
 ///
-/// A residual below 0, or coordinates that are not numbers, mean that a point is missing. So does a fourth number
-/// that is below 0 as a 16-bit integer, such as 65535.0. A residual of 0
-/// without a camera means that the point was filled. But if no point of the file has a residual or a camera,
-/// the writer knew no residuals, and no point counts as filled.
+/// A residual below 0, or coordinates that are not numbers, mean that a point is missing. So does a fourth
+/// number that is below 0 as a 16-bit integer, such as 65535.0. A residual of 0 without a camera means that
+/// the point was filled. But if no point of the file has a residual or a camera, the writer knew no
+/// residuals, and no point counts as filled.
 ///
 /// # Errors
 /// [`Error::Input`].
@@ -80,7 +80,9 @@ fn decode_points(bytes: &[u8], rate: Option<f64>) -> Result<RawTake> {
     if is_marker.contains(&false) {
         keep_columns(&mut labels, &is_marker);
         keep_columns(&mut points.positions, &is_marker);
-        points.confidence.as_mut().map(|confidence| keep_columns(confidence, &is_marker));
+        if let Some(confidence) = &mut points.confidence {
+            keep_columns(confidence, &is_marker);
+        }
     }
     let unit =
         parameters.texts("POINT", "UNITS").and_then(|units| units.first().map(|unit| labels::text(unit)));

@@ -16,8 +16,8 @@ const VIRTUAL: &str = "MODELED_MARKERS";
 /// Parameters that are about all points, though POINT:TYPE_GROUPS may name them.
 const OF_MARKERS: [&str; 4] = ["LABELS", "DESCRIPTIONS", "UNITS", "MARKERS"];
 
-/// Whether each point is a marker; the others are named in a warning. If a file has nothing but virtual points,
-/// they count as markers.
+/// Whether each point is a marker; the others are named in a warning. If a file has nothing but virtual
+/// points, they count as markers.
 ///
 /// # Errors
 /// What is wrong, without the file's name, if the file has nothing but computed points.
