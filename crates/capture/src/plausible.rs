@@ -11,8 +11,8 @@ const FARTHEST: f64 = 1.0;
 /// No marker is farther than this for long.
 const FAR: f64 = 0.5;
 
-/// More than this part of the frames is long.
-const LONG: f64 = 0.02;
+/// More than this part of the frames is long. Labels that are swapped across the face for a while are not.
+const LONG: f64 = 0.1;
 
 /// No skin between neighbours stretches by so much: 1 is twice the length at rest.
 const STRETCH: f64 = 100.0;

@@ -118,7 +118,7 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     rows.extend(found.subject.iter().map(|subject| row("subject", subject.clone())));
     if !found.in_head_space {
         let rigid = if found.rigid.is_empty() {
-            "the face’s markers".into()
+            "the face's markers".into()
         } else {
             output::names(&found.rigid, ui)
         };
