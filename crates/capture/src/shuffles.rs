@@ -83,23 +83,29 @@ struct Suspects {
 /// face's; `noise` is the standard deviation of a coordinate.
 pub(crate) fn settle(tracks: &mut Tracks, extent: f64, noise: f64) -> Vec<Shuffle> {
     let mut suspects = suspects(arrivals(tracks, extent), tracks);
-    let mut outcomes = Vec::new();
+    let mut expected = None;
     for _ in 0..ROUNDS {
         if suspects.is_empty() {
             break;
         }
-        let Some(expected) = Expected::learn(tracks, &suspects, noise) else { return Vec::new() };
-        let grown: Vec<(Suspects, Vec<Outcome>)> =
-            suspects.iter().map(|suspects| grown(tracks, suspects, &expected, extent)).collect();
-        let is_same = grown.iter().zip(&suspects).all(|(new, old)| new.0.frames == old.frames);
-        (suspects, outcomes) = grown.into_iter().unzip();
+        let Some(learned) = Expected::learn(tracks, &suspects, noise) else { break };
+        let mut is_same = true;
+        for suspects in &mut suspects {
+            let (grown, _) = grown(tracks, suspects, &learned, extent);
+            is_same &= grown.frames == suspects.frames;
+            *suspects = grown;
+        }
+        expected = Some(learned);
         if is_same {
             break;
         }
     }
+    let Some(expected) = expected else { return Vec::new() };
     let mut shuffles = Vec::new();
-    for (suspects, outcomes) in suspects.iter().zip(&outcomes) {
-        shuffles.extend(put_right(tracks, suspects, outcomes));
+    // One after the other, since two may share labels and frames.
+    for suspects in &suspects {
+        let (suspects, outcomes) = grown(tracks, suspects, &expected, extent);
+        shuffles.extend(put_right(tracks, &suspects, &outcomes));
     }
     shuffles.sort_by_key(|shuffle| (shuffle.frames.start, shuffle.marker, shuffle.is_dropped));
     shuffles
