@@ -329,12 +329,23 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
     let within = tracks.frames_in(WITHIN);
     let around = whole.start.saturating_sub(within)..(whole.end + within).min(tracks.frames());
     let labels = &suspects.labels;
+    // A label that keeps its marker, and whose marker no other label has, only stood by.
+    let is_mixed = |k: usize| {
+        let in_frame = |outcome: &Outcome| {
+            let pairs = outcome.iter().enumerate();
+            pairs
+                .filter_map(|(marker, from)| Some((marker, (*from)?)))
+                .any(|(a, b)| a != b && (a == k || b == k))
+        };
+        outcomes.iter().any(in_frame)
+    };
+    let mixed: Vec<bool> = (0..labels.len()).map(is_mixed).collect();
     let before: Vec<Vec<DVec3>> =
         labels.iter().map(|&label| tracks.columns[label][whole.clone()].to_vec()).collect();
     let rough = steps(tracks, labels, around.clone());
     let mut dropped: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
     for (i, f) in whole.clone().enumerate() {
-        for (k, &label) in labels.iter().enumerate() {
+        for (k, &label) in labels.iter().enumerate().filter(|(k, _)| mixed[*k]) {
             let from = outcomes[first + i][k];
             tracks.columns[label][f] = from.map_or(DVec3::NAN, |from| before[from][i]);
             if from.is_none() && seen(before[k][i]) {
@@ -352,8 +363,7 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
     for (k, &marker) in labels.iter().enumerate() {
         let of_run = |frames| Shuffle { marker, frames, is_dropped: true };
         shuffles.extend(runs(&dropped[k]).into_iter().map(of_run));
-        let is_another = |outcome: &Outcome| outcome[k].is_some_and(|from| from != k);
-        if outcomes.iter().any(is_another) {
+        if mixed[k] {
             shuffles.push(Shuffle { marker, frames: whole.clone(), is_dropped: false });
         }
     }
