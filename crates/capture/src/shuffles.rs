@@ -42,7 +42,7 @@ const HIDDEN: f64 = 0.05;
 /// If a larger part of all markers jumps in a frame, that says nothing of their labels.
 const TOGETHER: f64 = 0.5;
 
-/// What was put right must have this part of the squared steps that it had before, or less.
+/// What was put right must have this part of the squared jumps that it had before, or less.
 const SMOOTHER: f64 = 0.5;
 
 /// More labels are not put right.
@@ -105,7 +105,7 @@ pub(crate) fn settle(tracks: &mut Tracks, extent: f64, noise: f64) -> Vec<Shuffl
     // One after the other, since two may share labels and frames.
     for suspects in &suspects {
         let (suspects, outcomes) = grown(tracks, suspects, &expected, extent);
-        shuffles.extend(put_right(tracks, &suspects, &outcomes));
+        shuffles.extend(put_right(tracks, &suspects, &outcomes, extent));
     }
     shuffles.sort_by_key(|shuffle| (shuffle.frames.start, shuffle.marker, shuffle.is_dropped));
     shuffles
@@ -320,7 +320,7 @@ fn orders(count: usize) -> Vec<Vec<usize>> {
 
 /// Puts labels right from the first to the last frame in which one is wrong. Leaves all as it is if the markers
 /// would not move more smoothly.
-fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> Vec<Shuffle> {
+fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome], extent: f64) -> Vec<Shuffle> {
     let first = outcomes.iter().position(moves);
     let last = outcomes.iter().rposition(moves);
     let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
@@ -342,7 +342,8 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
     let mixed: Vec<bool> = (0..labels.len()).map(is_mixed).collect();
     let before: Vec<Vec<DVec3>> =
         labels.iter().map(|&label| tracks.columns[label][whole.clone()].to_vec()).collect();
-    let rough = steps(tracks, labels, around.clone());
+    let jump = SMALLEST_JUMP * extent;
+    let rough = jumps(tracks, labels, around.clone(), jump);
     let mut dropped: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
     for (i, f) in whole.clone().enumerate() {
         for (k, &label) in labels.iter().enumerate().filter(|(k, _)| mixed[*k]) {
@@ -353,7 +354,7 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
             }
         }
     }
-    if steps(tracks, labels, around) > SMOOTHER * rough {
+    if jumps(tracks, labels, around, jump) > SMOOTHER * rough {
         for (&label, before) in labels.iter().zip(before) {
             tracks.columns[label][whole.clone()].copy_from_slice(&before);
         }
@@ -370,13 +371,15 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
     shuffles
 }
 
-/// The sum of the squared steps between positions that were seen one after the other.
-fn steps(tracks: &Tracks, markers: &[usize], frames: Range<usize>) -> f64 {
+/// The sum of the squared steps between positions that were seen one after the other, of those steps that are
+/// longer than `least`.
+fn jumps(tracks: &Tracks, markers: &[usize], frames: Range<usize>, least: f64) -> f64 {
     let mut sum = 0.0;
     for &marker in markers {
         let mut last = None;
         for p in tracks.columns[marker][frames.clone()].iter().filter(|p| seen(**p)) {
-            sum += last.map_or(0.0, |last| p.distance_squared(last));
+            let step = last.map_or(0.0, |last| p.distance(last));
+            sum += if step > least { step * step } else { 0.0 };
             last = Some(*p);
         }
     }
