@@ -42,7 +42,7 @@ const HIDDEN: f64 = 0.05;
 /// If a larger part of all markers jumps in a frame, that says nothing of their labels.
 const TOGETHER: f64 = 0.5;
 
-/// What was put right must have this part of the squared steps that it had before, or less.
+/// What was put right must have this part of the squared jumps that it had before, or less.
 const SMOOTHER: f64 = 0.5;
 
 /// More labels are not put right.
@@ -83,23 +83,29 @@ struct Suspects {
 /// face's; `noise` is the standard deviation of a coordinate.
 pub(crate) fn settle(tracks: &mut Tracks, extent: f64, noise: f64) -> Vec<Shuffle> {
     let mut suspects = suspects(arrivals(tracks, extent), tracks);
-    let mut outcomes = Vec::new();
+    let mut expected = None;
     for _ in 0..ROUNDS {
         if suspects.is_empty() {
             break;
         }
-        let Some(expected) = Expected::learn(tracks, &suspects, noise) else { return Vec::new() };
-        let grown: Vec<(Suspects, Vec<Outcome>)> =
-            suspects.iter().map(|suspects| grown(tracks, suspects, &expected, extent)).collect();
-        let is_same = grown.iter().zip(&suspects).all(|(new, old)| new.0.frames == old.frames);
-        (suspects, outcomes) = grown.into_iter().unzip();
+        let Some(learned) = Expected::learn(tracks, &suspects, noise) else { break };
+        let mut is_same = true;
+        for suspects in &mut suspects {
+            let (grown, _) = grown(tracks, suspects, &learned, extent);
+            is_same &= grown.frames == suspects.frames;
+            *suspects = grown;
+        }
+        expected = Some(learned);
         if is_same {
             break;
         }
     }
+    let Some(expected) = expected else { return Vec::new() };
     let mut shuffles = Vec::new();
-    for (suspects, outcomes) in suspects.iter().zip(&outcomes) {
-        shuffles.extend(put_right(tracks, suspects, outcomes));
+    // One after the other, since two may share labels and frames.
+    for suspects in &suspects {
+        let (suspects, outcomes) = grown(tracks, suspects, &expected, extent);
+        shuffles.extend(put_right(tracks, &suspects, &outcomes, extent));
     }
     shuffles.sort_by_key(|shuffle| (shuffle.frames.start, shuffle.marker, shuffle.is_dropped));
     shuffles
@@ -314,7 +320,7 @@ fn orders(count: usize) -> Vec<Vec<usize>> {
 
 /// Puts labels right from the first to the last frame in which one is wrong. Leaves all as it is if the markers
 /// would not move more smoothly.
-fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> Vec<Shuffle> {
+fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome], extent: f64) -> Vec<Shuffle> {
     let first = outcomes.iter().position(moves);
     let last = outcomes.iter().rposition(moves);
     let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
@@ -323,12 +329,24 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
     let within = tracks.frames_in(WITHIN);
     let around = whole.start.saturating_sub(within)..(whole.end + within).min(tracks.frames());
     let labels = &suspects.labels;
+    // A label that keeps its marker, and whose marker no other label has, only stood by.
+    let is_mixed = |k: usize| {
+        let in_frame = |outcome: &Outcome| {
+            let pairs = outcome.iter().enumerate();
+            pairs
+                .filter_map(|(marker, from)| Some((marker, (*from)?)))
+                .any(|(a, b)| a != b && (a == k || b == k))
+        };
+        outcomes.iter().any(in_frame)
+    };
+    let mixed: Vec<bool> = (0..labels.len()).map(is_mixed).collect();
     let before: Vec<Vec<DVec3>> =
         labels.iter().map(|&label| tracks.columns[label][whole.clone()].to_vec()).collect();
-    let rough = steps(tracks, labels, around.clone());
+    let jump = SMALLEST_JUMP * extent;
+    let rough = jumps(tracks, labels, around.clone(), jump);
     let mut dropped: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
     for (i, f) in whole.clone().enumerate() {
-        for (k, &label) in labels.iter().enumerate() {
+        for (k, &label) in labels.iter().enumerate().filter(|(k, _)| mixed[*k]) {
             let from = outcomes[first + i][k];
             tracks.columns[label][f] = from.map_or(DVec3::NAN, |from| before[from][i]);
             if from.is_none() && seen(before[k][i]) {
@@ -336,7 +354,7 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
             }
         }
     }
-    if steps(tracks, labels, around) > SMOOTHER * rough {
+    if jumps(tracks, labels, around, jump) > SMOOTHER * rough {
         for (&label, before) in labels.iter().zip(before) {
             tracks.columns[label][whole.clone()].copy_from_slice(&before);
         }
@@ -346,21 +364,22 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> 
     for (k, &marker) in labels.iter().enumerate() {
         let of_run = |frames| Shuffle { marker, frames, is_dropped: true };
         shuffles.extend(runs(&dropped[k]).into_iter().map(of_run));
-        let is_another = |outcome: &Outcome| outcome[k].is_some_and(|from| from != k);
-        if outcomes.iter().any(is_another) {
+        if mixed[k] {
             shuffles.push(Shuffle { marker, frames: whole.clone(), is_dropped: false });
         }
     }
     shuffles
 }
 
-/// The sum of the squared steps between positions that were seen one after the other.
-fn steps(tracks: &Tracks, markers: &[usize], frames: Range<usize>) -> f64 {
+/// The sum of the squared steps between positions that were seen one after the other, of those steps that are
+/// longer than `least`.
+fn jumps(tracks: &Tracks, markers: &[usize], frames: Range<usize>, least: f64) -> f64 {
     let mut sum = 0.0;
     for &marker in markers {
         let mut last = None;
         for p in tracks.columns[marker][frames.clone()].iter().filter(|p| seen(**p)) {
-            sum += last.map_or(0.0, |last| p.distance_squared(last));
+            let step = last.map_or(0.0, |last| p.distance(last));
+            sum += if step > least { step * step } else { 0.0 };
             last = Some(*p);
         }
     }

@@ -45,6 +45,7 @@ pub(crate) fn report(frames: usize, events: Vec<Event>) -> Report {
             axes_are_guessed: true,
             neutral: 10..70,
             neutral_is_found: true,
+            neutral_rival: None,
             scale: 0.93,
             in_head_space: false,
             offsets_mm: offsets,
