@@ -65,7 +65,7 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
         "on line: RMS {a:.4} mm from the clean-up ({worst:.2} mm at worst), {b:.3} mm where that repaired, \
          {c:.4} mm from the truth; the head turned {turned:.3}° otherwise at most"
     );
-    assert!(a < 0.3 && b < 4.0 && c < 1.0 && turned < 1.0, "{a} {b} {c} {turned}");
+    assert!(a < 0.3 && worst < 1.5 && b < 4.5 && c < 0.7 && turned < 0.4, "{a} {b} {c} {turned}");
 }
 
 /// A face of 20 markers and a cap of 4 that turn, in metres.
