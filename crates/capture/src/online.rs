@@ -195,24 +195,24 @@ impl Online {
     fn measure(&mut self, time: f64, now: &[DVec3]) -> Vec<f32> {
         // How far each marker moved since the frame before, where both show it.
         let mut steps = vec![DVec3::NAN; now.len()];
-        for j in 0..now.len() {
+        for (j, step) in steps.iter_mut().enumerate() {
             if self.measured[j].is_some() && self.measured[j] == self.time {
-                steps[j] = now[j] - self.displacements[j];
+                *step = now[j] - self.displacements[j];
             }
         }
         let mut confidence = Vec::with_capacity(now.len());
-        for j in 0..now.len() {
+        for (j, &now) in now.iter().enumerate() {
             let around = median_point(self.neighbours[j].iter().map(|&n| steps[n]).filter(|p| seen(*p)));
             let before = self.displacements[j];
             let expected = if seen(around) { before + around } else { before };
             // Neighbours may be wrong, too: a marker that keeps its own place is believed.
             let is_far =
-                |from: DVec3, since: f64| outliers::is_jump_within(from, now[j], time - since, self.extent);
+                |from: DVec3, since: f64| outliers::is_jump_within(from, now, time - since, self.extent);
             let jumps = !self.keeps_outliers
                 && self.measured[j].is_some_and(|since| is_far(before, since) && is_far(expected, since));
-            if seen(now[j]) && !jumps {
+            if seen(now) && !jumps {
                 self.measured[j] = Some(time);
-                self.displacements[j] = now[j];
+                self.displacements[j] = now;
                 confidence.push(1.0);
             } else {
                 self.displacements[j] = expected;
