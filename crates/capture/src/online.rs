@@ -51,8 +51,10 @@ pub struct Online {
     extent: f64,
     keeps_outliers: bool,
     head: Similarity,
-    /// H: how each marker was last measured.
-    measured: Vec<Option<Measured>>,
+    /// The time of the last frame.
+    time: Option<f64>,
+    /// H: when each marker was last measured.
+    measured: Vec<Option<f64>>,
     displacements: Vec<DVec3>,
 }
 
@@ -63,14 +65,6 @@ struct Body {
     /// Their places in the head's space.
     places: Vec<DVec3>,
     tolerance: f64,
-}
-
-/// Where a marker was.
-#[derive(Debug, Clone, Copy)]
-struct Measured {
-    time: f64,
-    /// Its displacement beyond its neighbours'.
-    against: DVec3,
 }
 
 impl Online {
@@ -161,6 +155,7 @@ impl Online {
             extent: extent(target.rest.iter().copied()),
             keeps_outliers: settings.skip.contains(&Step::Outliers),
             head: found.motions.last().copied().unwrap_or(Similarity::IDENTITY),
+            time: None,
             measured: vec![None; target.rest.len()],
             displacements: vec![DVec3::ZERO; target.rest.len()],
             rest: target.rest.clone(),
@@ -204,27 +199,34 @@ impl Online {
     /// Takes the displacements of a frame. A marker that is not seen, or that jumps away from its neighbours
     /// as no skin does, goes with its neighbours. Returns the confidence of each.
     fn measure(&mut self, time: f64, now: &[DVec3]) -> Vec<f32> {
-        let mut confidence = Vec::with_capacity(now.len());
-        for j in 0..now.len() {
-            let around = self.neighbours[j].iter().map(|&n| now[n]).filter(|p| seen(*p));
-            let around = Some(median_point(around)).filter(|p| seen(*p));
-            let last = self.measured[j];
-            let against = now[j] - around.unwrap_or(DVec3::ZERO);
-            let jumps = !self.keeps_outliers
-                && last.is_some_and(|last| {
-                    outliers::is_jump_within(last.against, against, time - last.time, self.extent)
-                });
-            if seen(now[j]) && !jumps {
-                self.measured[j] = Some(Measured { time, against });
-                self.displacements[j] = now[j];
-                confidence.push(1.0);
-                continue;
+        // How far each marker moved since the frame before, where both show it.
+        let mut steps = vec![DVec3::NAN; now.len()];
+        for (j, step) in steps.iter_mut().enumerate() {
+            if self.measured[j].is_some() && self.measured[j] == self.time {
+                *step = now[j] - self.displacements[j];
             }
-            if let (Some(last), Some(around)) = (last, around) {
-                self.displacements[j] = last.against + around;
-            }
-            confidence.push(last.map_or(0.0, |last| (1.0 - (time - last.time) / FADE).max(0.0) as f32));
         }
+        let mut confidence = Vec::with_capacity(now.len());
+        for (j, &now) in now.iter().enumerate() {
+            let around = median_point(self.neighbours[j].iter().map(|&n| steps[n]).filter(|p| seen(*p)));
+            let before = self.displacements[j];
+            let expected = if seen(around) { before + around } else { before };
+            // Neighbours may be wrong, too: a marker that keeps its own place is believed.
+            let is_far =
+                |from: DVec3, since: f64| outliers::is_jump_within(from, now, time - since, self.extent);
+            let jumps = !self.keeps_outliers
+                && self.measured[j].is_some_and(|since| is_far(before, since) && is_far(expected, since));
+            if seen(now) && !jumps {
+                self.measured[j] = Some(time);
+                self.displacements[j] = now;
+                confidence.push(1.0);
+            } else {
+                self.displacements[j] = expected;
+                let sure = self.measured[j].map_or(0.0, |since| 1.0 - (time - since) / FADE);
+                confidence.push(sure.max(0.0) as f32);
+            }
+        }
+        self.time = Some(time);
         confidence
     }
 }

@@ -272,7 +272,7 @@ impl Stream {
 
     /// A part of the last frame that came after the frame was given. The next frames wait for such a part.
     fn late(&mut self, part: &Part) -> Place {
-        part.markers.iter().for_each(|(label, _)| self.labels.learn(label, false, &mut self.warnings));
+        self.learn(part, self.sender.map_or(0.0, |(_, arrived)| arrived));
         let placed = self.placed(part);
         if let Some(last) = &mut self.last {
             last.pending.add(&placed);
@@ -287,8 +287,8 @@ impl Stream {
         part.markers.iter().filter_map(place).collect()
     }
 
-    /// Adds a part to the pending frame.
-    fn join(&mut self, part: Part, arrived: f64) {
+    /// Learns the labels of a part.
+    fn learn(&mut self, part: &Part, arrived: f64) {
         let since = arrived - *self.since.get_or_insert(arrived);
         for (label, _) in &part.markers {
             self.labels.learn(label, since < LEARNING, &mut self.warnings);
@@ -297,6 +297,11 @@ impl Stream {
         self.positions.resize(markers, [0.0; 3]);
         self.confidence.resize(markers, 0.0);
         self.seen.resize(markers, None);
+    }
+
+    /// Adds a part to the pending frame.
+    fn join(&mut self, part: Part, arrived: f64) {
+        self.learn(&part, arrived);
         let placed = self.placed(&part);
         if let Some(pending) = &mut self.pending {
             pending.last_arrived = arrived;

@@ -2,7 +2,7 @@
 
 use crate::live::Shown;
 use rhytid_capture::{Online, Settings, Target};
-use rhytid_core::{RawTake, Rig, Take};
+use rhytid_core::{RawTake, Rig, Take, Warning};
 use rhytid_live::LiveFrame;
 
 /// How long the neutral face is held at the start, in seconds.
@@ -71,7 +71,7 @@ impl World {
         match Online::calibrate(raw, &self.target, &settings) {
             Ok((online, warnings)) => {
                 self.online = Some(online);
-                self.note = warnings.iter().map(|warning| warning.sentence()).collect::<Vec<_>>().join("; ");
+                self.note = warnings.iter().map(Warning::sentence).collect::<Vec<_>>().join("; ");
             }
             Err(error) => self.note = format!("{error}; the neutral face is awaited again"),
         }

@@ -9,6 +9,8 @@ use std::io::Write;
 
 /// The neutral frames, at the start of the take.
 const NEUTRAL: usize = 60;
+/// Frames per second.
+const RATE: f64 = 120.0;
 
 fn neutral(raw: &RawTake) -> RawTake {
     RawTake { tracks: raw.tracks.slice(0..NEUTRAL), ..raw.clone() }
@@ -27,7 +29,9 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
     let mut repaired = vec![false; h * raw.tracks.frames()];
     for event in &whole.report.events {
         if let (Some(marker), false) = (event.marker, matches!(event.kind, Kind::Strain | Kind::Step)) {
-            for frame in event.first..event.first + event.frames {
+            // On line, labels that are exchanged are seen as jumps, for a moment after they are right again, too.
+            let after = if event.kind == Kind::Swap { (0.2 * RATE) as usize } else { 0 };
+            for frame in event.first..(event.first + event.frames + after).min(raw.tracks.frames()) {
                 for marker in [Some(marker), event.other].into_iter().flatten() {
                     repaired[frame * h + marker] = true;
                 }
@@ -61,7 +65,7 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
         "on line: RMS {a:.4} mm from the clean-up ({worst:.2} mm at worst), {b:.3} mm where that repaired, \
          {c:.4} mm from the truth; the head turned {turned:.3}° otherwise at most"
     );
-    assert!(a < 0.3 && b < 4.0 && c < 1.0 && turned < 1.0, "{a} {b} {c} {turned}");
+    assert!(a < 0.3 && worst < 1.5 && b < 4.5 && c < 0.7 && turned < 0.4, "{a} {b} {c} {turned}");
 }
 
 /// A face of 20 markers and a cap of 4 that turn, in metres.
