@@ -147,7 +147,7 @@ fn a_body_gets_no_handles() {
         let mut points = Vec::new();
         for side in [-1.0, 1.0] {
             for (i, (x, z)) in places.iter().enumerate() {
-                let swing = (1370.0 - z).max(20.0) * 0.1 * (5.0 * t + i as f64 + side).sin();
+                let swing = (1370.0_f64 - z).max(20.0) * 0.1 * (5.0 * t + i as f64 + side).sin();
                 points.push(DVec3::new(side * x, swing, *z));
             }
             for i in 0..12_u32 {
