@@ -112,8 +112,8 @@ pub fn match_by_position(
     Ok(found)
 }
 
-/// The take without the markers that cannot be the face's: those of other subjects, those that are hardly ever
-/// seen, and those without a name where there are names enough.
+/// The take without the markers that cannot be the face's: those of other subjects, those that are hardly
+/// ever seen, and those without a name where there are names enough.
 fn usable(
     handles: &[String],
     raw: &RawTake,

@@ -9,12 +9,12 @@ use crate::settings::{Settings, Step};
 use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Pose, Report, depth, edits, gaps, gross_strain, head, low_pass, neutral,
+    Axes, Event, Found, Kind, Mark, Pose, Report, depth, edits, gaps, gross_strain, head, low_pass, neutral,
     outliers, plausible, poses, proportions, shuffles, slides, swaps, unmeasured,
 };
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, RawTake, Remedy, Result, RigidMotion, Take, Warning, human};
+use rhytid_core::{Error, Progress, RawTake, Remedy, Result, RigidMotion, Take, TakeEvent, Warning, human};
 use rhytid_geometry::registration::Similarity;
 use std::borrow::Cow;
 use std::cmp::{Ordering, Reverse};
@@ -48,9 +48,9 @@ const LIKE: f64 = 0.6;
 /// Cleans a take for a rig's handles.
 ///
 /// # Errors
-/// [`Error::Input`] if fewer than four handles have a marker, a setting names something unknown, more than one
-/// subject has the handles' labels, no frames are like the neutral face, or the result cannot be a face's;
-/// [`Error::Cancelled`].
+/// [`Error::Input`] if fewer than four handles have a marker, or a setting names something unknown. Also if more
+/// than one subject has the handles' labels, no frames are like the neutral face, or the result cannot be a
+/// face's. [`Error::Cancelled`].
 pub fn clean(
     mut raw: RawTake,
     target: &Target,
@@ -64,7 +64,7 @@ pub fn clean(
         if progress.cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     };
     step(0)?;
-    let RawTake { tracks: mut file, metres_per_unit, in_head_space, is_video, warnings, .. } = raw;
+    let RawTake { tracks: mut file, metres_per_unit, in_head_space, is_video, recording, warnings } = raw;
     let mut warnings: Vec<Warning> = warnings.into_iter().map(Warning::from).collect();
     let mut matched = match_labels(&target.labels, &file.labels, settings)?;
     warnings.extend(matched.warning.take().map(Warning::from));
@@ -118,6 +118,8 @@ pub fn clean(
         frames,
         rate: tracks.rate,
         start: file.times[0],
+        timecode: recording.timecode.map(|timecode| timecode.to_string()),
+        marks: marks(&recording.events, file.times[0], tracks.rate),
         setup: found(&file.labels, &matched, &rigid, &place, displaced, poses, settings),
         head_residuals_mm: head_residuals_mm(head.as_ref(), &place, frames),
         noise_mm,
@@ -167,6 +169,15 @@ fn head_residuals_mm(head: Option<&Head>, place: &Place, frames: usize) -> Vec<f
         Some(head) => head.residuals.iter().map(|r| (r * place.unit.metres * 1e3) as f32).collect(),
         None => vec![0.0; frames],
     }
+}
+
+/// The frames of events of a take that begins at `start`, in seconds.
+fn marks(events: &[TakeEvent], start: f64, rate: f64) -> Vec<Mark> {
+    let mark = |event: &TakeEvent| Mark {
+        name: event.name.clone(),
+        frame: ((event.time - start) * rate).round() as i64,
+    };
+    events.iter().map(mark).collect()
 }
 
 /// How the file's markers and numbers were understood. `labels` are the file's, `rigid` the columns of the

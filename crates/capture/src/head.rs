@@ -33,8 +33,8 @@ pub(crate) const FACE_TOLERANCE: f64 = 0.02;
 
 /// The head's motion from the columns `rigid`. The columns `stiff` of the columns `face` are used if `rigid`
 /// is empty, and in frames in which fewer than three rigid markers are seen. Where too few of these are seen,
-/// all of `face` are used. `extent` is the face's. With `with_scale`, each frame has a scale of its own, as in a
-/// video. `None` where no frame has enough markers.
+/// all of `face` are used. `extent` is the face's. With `with_scale`, each frame has a scale of its own, as
+/// in a video. `None` where no frame has enough markers.
 pub(crate) fn stabilise(
     tracks: &Tracks,
     rigid: &[usize],

@@ -1,7 +1,7 @@
 //! The head's markers: the rigid set that travels with the face. A slate, a chair or another actor's cap is
 //! rigid as well, but goes its own way.
-use crate::label_words::says_head;
 use crate::head::{FACE_TOLERANCE, Fit, RIGID_TOLERANCE, fitted, thinned};
+use crate::label_words::says_head;
 use crate::rigid_sets::Distances;
 use crate::settings::Settings;
 use crate::tracks::{Tracks, median_point, seen};
@@ -15,8 +15,8 @@ use std::collections::BTreeSet;
 pub(crate) struct HeadMarkers {
     /// Markers on a cap or the like; empty where the face's own must do.
     pub rigid: Vec<usize>,
-    /// The markers to fit the head's motion to: the rigid ones, and the face's stiff ones where the rigid ones
-    /// are soft. Empty where there are no rigid ones.
+    /// The markers to fit the head's motion to: the rigid ones, and the face's stiff ones where the rigid
+    /// ones are soft. Empty where there are no rigid ones.
     pub fitted: Vec<usize>,
     /// The face's markers that keep their distances best; all where none do.
     pub stiff: Vec<usize>,
@@ -74,8 +74,8 @@ impl Tried {
     }
 }
 
-/// Finds the head's markers. `face` are the handles' columns, `candidates` those of no handle, and `extent` is
-/// the face's.
+/// Finds the head's markers. `face` are the handles' columns, `candidates` those of no handle, and `extent`
+/// is the face's.
 ///
 /// # Errors
 /// [`Error::Input`] if the settings name an unknown marker, or only one or two markers.

@@ -72,7 +72,7 @@ pub use labels::{is_unlabelled, same_names};
 pub use neutral::Rival;
 pub use online::{Online, OnlineFrame};
 pub use poses::Pose;
-pub use report::{Event, Found, Kind, Report};
+pub use report::{Event, Found, Kind, Mark, Report};
 pub use rhytid_geometry::Axes;
 pub use settings::{Settings, Step};
 pub use soft::{marker_noise, soften};

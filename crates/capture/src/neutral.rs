@@ -1,9 +1,9 @@
 //! Finds the neutral frames: half a second that is still and near the rest pose.
 //!
 //! Actors begin and end a take with the neutral face. So the best half seconds at the start, at the end and
-//! in each part of the take are compared. The distance to the rest pose alone does not decide between them: the actor's face
-//! differs from the rig's by more than a slight expression does. Expressions have a direction. A pose that is
-//! another pose and a blink is not neutral, but the other one may be.
+//! in each part of the take are compared. The distance to the rest pose alone does not decide between them:
+//! the actor's face differs from the rig's by more than a slight expression does. Expressions have a
+//! direction. A pose that is another pose and a blink is not neutral, but the other one may be.
 use crate::Target;
 use crate::non_negative::explained;
 use crate::tracks::{Tracks, extent, median_point, noise, seen};

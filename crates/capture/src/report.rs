@@ -18,6 +18,10 @@ pub struct Report {
     pub rate: f64,
     /// Time of its first frame in seconds.
     pub start: f64,
+    /// The time code of its first frame, such as `01:02:03:04`; `None` where the file has none.
+    pub timecode: Option<String>,
+    /// The moments that the file names, in its order.
+    pub marks: Vec<Mark>,
     /// What the file's numbers mean and how it was brought onto the rig.
     pub setup: Found,
     /// What is not as it was measured, ordered by kind, frame and marker.
@@ -32,6 +36,15 @@ pub struct Report {
     pub low_pass_hz: Option<f64>,
     /// A sentence each: what the reader and the clean-up had to assume, and what a person should look at.
     pub warnings: Vec<Warning>,
+}
+
+/// A moment that the file names, such as a clap.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Mark {
+    /// The name in the file.
+    pub name: String,
+    /// The nearest frame of the raw take, counted from 0. It is below 0 before the take.
+    pub frame: i64,
 }
 
 /// How the file's markers and numbers were understood.
@@ -103,8 +116,8 @@ pub struct Event {
 pub enum Kind {
     /// Two markers had each other's label; undone.
     Swap,
-    /// A label that changed places with others again and again; put right where that is clear, and dropped and
-    /// filled as a gap elsewhere.
+    /// A label that changed places with others again and again; put right where that is clear, and dropped
+    /// and filled as a gap elsewhere.
     Shuffled,
     /// A position where no marker can have been; dropped, then filled as a gap.
     Outlier,

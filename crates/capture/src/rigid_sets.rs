@@ -50,9 +50,9 @@ impl Distances {
         Self { columns, middle, off }
     }
 
-    /// Sets of places in [`Distances::columns`], the largest first. Every pair of a set is within `most` of its
-    /// distance. A set grows around each column, with the stiffest pairs first. Sets of fewer than three are
-    /// left out, and so are sets of which larger sets have more than half.
+    /// Sets of places in [`Distances::columns`], the largest first. Every pair of a set is within `most` of
+    /// its distance. A set grows around each column, with the stiffest pairs first. Sets of fewer than three
+    /// are left out, and so are sets of which larger sets have more than half.
     pub(crate) fn sets(&self, most: f64) -> Vec<Vec<usize>> {
         let n = self.columns.len();
         let grown = |seed: usize| {

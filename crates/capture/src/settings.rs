@@ -9,11 +9,11 @@ use std::ops::Range;
 pub struct Settings {
     /// Handles whose markers have another label in the file: handle → label.
     pub markers: BTreeMap<String, String>,
-    /// The subject whose markers are the face's, such as `Anna` for labels like `Anna:jaw00`. `None`: the only
-    /// one whose labels are the handles'.
+    /// The subject whose markers are the face's, such as `Anna` for labels like `Anna:jaw00`. `None`: the
+    /// only one whose labels are the handles'.
     pub subject: Option<String>,
-    /// The labels in the file of the rigid markers. `None`: markers of no handle that keep their distances and
-    /// travel with the face.
+    /// The labels in the file of the rigid markers. `None`: markers of no handle that keep their distances
+    /// and travel with the face.
     pub rigid: Option<Vec<String>>,
     /// Metres in one unit of the file; `None`: what the file says, or the unit that fits the rig's size.
     pub metres_per_unit: Option<f64>,

@@ -61,7 +61,8 @@ pub(crate) fn parted(handles: &[String], file: &[String]) -> Vec<Label> {
     labels
 }
 
-/// A label whose separator is one of [`LABEL_SEPARATORS`], or which repeats a handle's name, such as `jaw00#2`.
+/// A label whose separator is one of [`LABEL_SEPARATORS`], or which repeats a handle's name, such as
+/// `jaw00#2`.
 fn of_label(label: &str, names: &HashSet<String>) -> Label {
     let name = bare_label(label);
     if let Some((subject, _)) = label.split_once(LABEL_SEPARATORS)

@@ -1,9 +1,9 @@
 //! Files in and out of Rhytid, each opened by its extension.
 //!
 //! These are read: meshes ([`mesh`]), tables of handles and strain edges ([`tables`]), takes ([`take`]),
-//! capture files ([`raw_take`]), weights of shapes ([`curves`]), the project file ([`project`]) and edits ([`edits`]). Animations
-//! ([`animation`]) are written and read back. Code that the animation formats share is in [`export`]; USD
-//! layers are in [`usd`].
+//! capture files ([`raw_take`]), weights of shapes ([`curves`]), the project file ([`project`]) and edits
+//! ([`edits`]). Animations ([`animation`]) are written and read back. Code that the animation formats share
+//! is in [`export`]; USD layers are in [`usd`].
 //!
 //! ```
 //! use rhytid_core::{NoProgress, UpAxis};

@@ -11,9 +11,9 @@ const ASKED_EVERY: Duration = Duration::from_millis(100);
 /// A recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
-    /// The take with every handle in every recorded frame, at the frames' times. It has confidence if some
-    /// marker was not seen. Of a stream of all markers, it has every marker where it was seen, and
-    /// [`RawTake::MISSING`] elsewhere.
+    /// The take with every handle in every recorded frame. Its times are the frames', less that of the first.
+    /// It has confidence if some marker was not seen. Of a stream of all markers, it has every marker where
+    /// it was seen, and [`RawTake::MISSING`] elsewhere.
     pub take: Take,
     /// The latency of each frame in seconds ([`crate::LiveFrame::latency`]).
     pub latency: Vec<f64>,
@@ -39,6 +39,7 @@ pub fn record(
     progress: &dyn Progress,
 ) -> Result<Recording> {
     let mut rows: Vec<Row> = Vec::new();
+    let mut start = None;
     let mut last = Instant::now();
     let (mut timed_out, mut warned) = (false, 0);
     while rows.len() < frames && !ended() {
@@ -48,7 +49,7 @@ pub fn record(
             progress.warn(&Warning::from(sentence.clone()));
         }
         warned = stream.warnings().len();
-        let Some(frame) = stream.newest().filter(|_| came) else {
+        let Some(mut frame) = stream.newest().filter(|_| came) else {
             timed_out = last.elapsed() >= patience;
             if timed_out {
                 break;
@@ -56,6 +57,8 @@ pub fn record(
             continue;
         };
         last = Instant::now();
+        // The sender's clock has its zero anywhere, so the take begins at 0.
+        frame.time -= *start.get_or_insert(frame.time);
         seen(&frame, stream.labels());
         rows.push(Row {
             time: frame.time,

@@ -36,9 +36,9 @@ pub(crate) fn of_examples(rig: &Rig) -> Option<NamedShapes> {
 }
 
 impl NamedShapes {
-    /// Reads shapes of the rig's mesh: blend shapes of a glTF or USD file, the examples of a project file or
-    /// of a rig, all meshes of a folder, or those whose names fit a pattern such as `poses/*.obj`. Meshes are
-    /// named after their files.
+    /// Reads shapes of the rig's mesh. These are blend shapes of a glTF or USD file, or the examples of a
+    /// project file or of a rig. They can also be all meshes of a folder, or those whose names fit a pattern
+    /// such as `poses/*.obj`. Meshes are named after their files.
     ///
     /// # Errors
     /// [`Error::Input`] if there are no shapes, or if they are of another mesh or in another place.

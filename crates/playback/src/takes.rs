@@ -27,8 +27,8 @@ pub struct CleanUp {
 /// `missing` is for Rhytid's own CSV.
 ///
 /// # Errors
-/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps. For curves, [`Error::Input`] if
-/// there are no shapes, or none of the curves' names.
+/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps. For curves, [`Error::Input`]
+/// if there are no shapes, or none of the curves' names.
 pub fn read_take(
     path: &Path,
     rig: &Rig,

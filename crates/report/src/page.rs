@@ -7,7 +7,7 @@ use crate::strain::{Edge, Strains};
 use crate::summary::{Spread, Summary};
 use crate::{events, picture, plots, timeline};
 use maud::{Markup, PreEscaped, html};
-use rhytid_capture::{Kind, Report};
+use rhytid_capture::{Kind, Mark, Report};
 use rhytid_core::{Result, Rig, Take, human};
 
 /// The number of edges whose strain is plotted.
@@ -100,6 +100,17 @@ fn share(n: usize, percent: f64) -> String {
     }
 }
 
+/// The names of moments and their frames.
+fn marks(marks: &[Mark]) -> String {
+    match marks {
+        [] => "none".to_owned(),
+        marks => {
+            let of = |mark: &Mark| format!("{} (frame {})", mark.name, mark.frame);
+            marks.iter().map(of).collect::<Vec<_>>().join(", ")
+        }
+    }
+}
+
 fn facts(summary: &Summary, report: &Report) -> Vec<(&'static str, String)> {
     let found = &report.setup;
     let rate = human::number(report.rate);
@@ -156,6 +167,8 @@ fn facts(summary: &Summary, report: &Report) -> Vec<(&'static str, String)> {
         ),
         ("Actor’s size", format!("{:.2} % of the rig’s", 100.0 * found.scale)),
         ("Neutral", neutral),
+        ("Time code of the first frame", report.timecode.clone().unwrap_or_else(|| "none".to_owned())),
+        ("Marks in the file", marks(&report.marks)),
         ("Head fit", if space { "in head space already".to_owned() } else { mm(summary.head_residual_mm) }),
         ("Offsets at neutral", mm(summary.offset_mm)),
         ("Noise", format!("{:.3} mm RMS", report.noise_mm)),

@@ -1,7 +1,7 @@
 //! Tests of the page, read with an independent parser, and of its numbers, counted another way.
 
 use super::*;
-use rhytid_capture::{Event, Found, Kind};
+use rhytid_capture::{Event, Found, Kind, Mark};
 use rhytid_core::{NoProgress, Table};
 use rhytid_solve::solve;
 use rhytid_test_support::changed;
@@ -34,6 +34,8 @@ pub(crate) fn report(frames: usize, events: Vec<Event>) -> Report {
         frames,
         rate: 120.0,
         start: 0.0,
+        timecode: Some("01:02:03:04".to_owned()),
+        marks: vec![Mark { name: "<b>clap</b>".to_owned(), frame: 12 }],
         setup: Found {
             markers: labels.iter().enumerate().map(|(i, l)| (i != 7).then(|| format!("Actor:{l}"))).collect(),
             subject: None,

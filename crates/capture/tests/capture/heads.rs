@@ -1,5 +1,5 @@
-//! The right head and the right actor: takes in which another rigid thing, or another face, could be taken for
-//! the actor's own. It needs `../shared/data` beside the repository.
+//! The right head and the right actor: takes in which another rigid thing, or another face, could be taken
+//! for the actor's own. It needs `../shared/data` beside the repository.
 use crate::real_take::{distances, rms, target, truth};
 use glam::{DQuat, DVec3};
 use rhytid_capture::{Cleaned, Kind, Settings, clean};

@@ -1,4 +1,5 @@
-//! The neutral frames of a real take: at its start, its end or in its middle, after an expression, or nowhere.
+//! The neutral frames of a real take: at its start, its end or in its middle, after an expression, or
+//! nowhere.
 use crate::real_take::{target, truth};
 use glam::DVec3;
 use rhytid_capture::{Cleaned, Settings, Step, Target, clean};

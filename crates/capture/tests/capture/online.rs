@@ -29,7 +29,8 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
     let mut repaired = vec![false; h * raw.tracks.frames()];
     for event in &whole.report.events {
         if let (Some(marker), false) = (event.marker, matches!(event.kind, Kind::Strain | Kind::Step)) {
-            // On line, labels that are exchanged are seen as jumps, for a moment after they are right again, too.
+            // On line, labels that are exchanged are seen as jumps, for a moment after they are right again,
+            // too.
             let after = if event.kind == Kind::Swap { (0.2 * RATE) as usize } else { 0 };
             for frame in event.first..(event.first + event.frames + after).min(raw.tracks.frames()) {
                 for marker in [Some(marker), event.other].into_iter().flatten() {

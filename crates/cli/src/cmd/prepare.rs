@@ -135,6 +135,12 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
         rows.push(row(&format!("pose {}", pose.example), likeness));
     }
     rows.push(row("neutral", neutral(found)));
+    rows.extend(report.timecode.iter().map(|timecode| row("time code", timecode.clone())));
+    let marks: Vec<String> =
+        report.marks.iter().map(|mark| format!("{} at frame {}", mark.name, mark.frame)).collect();
+    if !marks.is_empty() {
+        rows.push(row("marks", output::names(&marks, ui)));
+    }
     rows.push(row("noise", format!("{:.3} mm RMS", report.noise_mm)));
     rows.push(row(
         "filter",

@@ -27,8 +27,8 @@ pub(crate) fn is_face_mesh<'a>(labels: impl ExactSizeIterator<Item = &'a str>) -
     LANDMARKS.contains(&labels.len()) && numbers(&labels.map(str::to_owned).collect::<Vec<_>>()).is_some()
 }
 
-/// Whether the labels are MediaPipe's landmarks. If they are, they become `mesh0` and so on. The positions get
-/// equal axes: x to the right of the image, y up and z to the camera. The face gets a usual height, in
+/// Whether the labels are MediaPipe's landmarks. If they are, they become `mesh0` and so on. The positions
+/// get equal axes: x to the right of the image, y up and z to the camera. The face gets a usual height, in
 /// millimetres.
 pub(super) fn recognise(found: &mut Found) -> bool {
     let Some(numbers) = numbers(&found.labels) else { return false };
