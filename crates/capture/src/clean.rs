@@ -48,9 +48,9 @@ const LIKE: f64 = 0.6;
 /// Cleans a take for a rig's handles.
 ///
 /// # Errors
-/// [`Error::Input`] if fewer than four handles have a marker, or a setting names something unknown. Also if more
-/// than one subject has the handles' labels, no frames are like the neutral face, or the result cannot be a
-/// face's. [`Error::Cancelled`].
+/// [`Error::Input`] if fewer than four handles have a marker, or a setting names something unknown. Also if
+/// more than one subject has the handles' labels, no frames are like the neutral face, or the result cannot
+/// be a face's. [`Error::Cancelled`].
 pub fn clean(
     mut raw: RawTake,
     target: &Target,
