@@ -84,6 +84,7 @@ pub(crate) fn usual() -> Report {
         Event { other: Some(14), ..event(Kind::Slide, Some(13), 120, 48) },
         event(Kind::Model, Some(13), 120, 48),
         event(Kind::Dropped, Some(15), 130, 9),
+        Event { confidence: 0.8, ..event(Kind::Shuffled, Some(19), 150, 30) },
         event(Kind::Held, Some(16), 140, 60),
         Event { other: Some(18), strain: Some(2.5), ..event(Kind::Strain, Some(17), 500, 30) },
         event(Kind::Step, Some(17), 500, 1),
@@ -162,6 +163,7 @@ fn the_timeline_shows_each_event_where_it_is() {
     assert_eq!(rows.len(), 1 + report.labels.len());
     let class = |kind| match kind {
         Kind::Swap => "swap",
+        Kind::Shuffled => "shuffled",
         Kind::Outlier => "outlier",
         Kind::FilledBefore => "before",
         Kind::Spline => "spline",
@@ -229,13 +231,13 @@ fn the_summary_counts_each_sample_once() {
             };
             match () {
                 () if is(&[Kind::Lost, Kind::NeverSeen, Kind::Left]) => lost += 1,
-                () if is(&[Kind::Swap, Kind::Outlier, Kind::Slide, Kind::Dropped]) => corrected += 1,
+                () if is(&[Kind::Swap, Kind::Shuffled, Kind::Outlier, Kind::Slide, Kind::Dropped]) => corrected += 1,
                 () if is(&[Kind::FilledBefore, Kind::Spline, Kind::Model, Kind::Held]) => filled += 1,
                 () => measured += 1,
             }
         }
     }
-    assert_eq!((corrected, lost), (2 * 40 + 2 + 48 + 9, 200 + 864 + 50));
+    assert_eq!((corrected, lost), (2 * 40 + 2 + 48 + 9 + 30, 200 + 864 + 50));
     for (key, expected) in
         [("measured", measured), ("filled", filled), ("corrected", corrected), ("lost", lost)]
     {
