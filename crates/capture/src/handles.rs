@@ -1,10 +1,10 @@
 //! The handles of a face from one frame of a take: which point of the skin each marker is at.
 use crate::face_cluster::face_clusters;
 use crate::label_words::says_head;
-use crate::subjects::{is_called, parted};
 use crate::labels::is_unlabelled;
 use crate::orientation::{Choice, Known, choose};
 use crate::posture::Posture;
+use crate::subjects::{is_called, parted};
 use crate::tracks::seen;
 use crate::typical::{rigid_set, typical_frame};
 use crate::verdict;
@@ -218,9 +218,9 @@ impl<'a> Placing<'a> {
         }
         if let Some(subject) = &settings.subject {
             let labels = parted(&[], &take.labels);
-            placing.columns.retain(|&m| {
-                labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject))
-            });
+            placing
+                .columns
+                .retain(|&m| labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject)));
             if placing.columns.is_empty() {
                 return Err(Error::input(format!(
                     "no marker of the take belongs to the actor “{subject}”: expected labels that begin with \
