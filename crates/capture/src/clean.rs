@@ -1,16 +1,18 @@
 //! The clean-up: all steps in their order.
 use crate::events::{confidence, event, filled_before, runs};
+use crate::expected::Suspects;
 use crate::gaps::Filled;
 use crate::head::Head;
 use crate::head_markers::{self, HeadMarkers};
 use crate::labels::{Matched, match_labels};
 use crate::placing::{Place, Stated, offsets};
 use crate::settings::{Settings, Step};
+use crate::swaps::Swap;
 use crate::target::Target;
 use crate::tracks::{Tracks, extent, mean, noise, typical_extent};
 use crate::{
-    Axes, Event, Found, Kind, Mark, Pose, Report, depth, edits, gaps, gross_strain, head, low_pass, neutral,
-    outliers, plausible, poses, proportions, shuffles, slides, swaps, unmeasured,
+    Axes, Event, Found, Kind, Mark, Pose, Report, depth, doubts, edits, gaps, gross_strain, head, low_pass,
+    neutral, outliers, plausible, poses, proportions, shuffles, slides, swaps, unmeasured,
 };
 use glam::DVec3;
 use rayon::prelude::*;
@@ -270,18 +272,23 @@ fn on_the_rig(mut tracks: Tracks, columns: &[Option<usize>], to_rig: &Similarity
     Tracks { columns, rate: tracks.rate }
 }
 
-/// Undoes shuffles and swaps, drops outliers and cuts out slides.
+/// Undoes shuffles and swaps, drops outliers and cuts out slides. Drops what is still wrong where labels were
+/// exchanged.
 fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settings) -> Vec<Event> {
     let extent = extent(target.rest.iter().copied());
     let mut events = Vec::new();
+    let mut exchanged = Vec::new();
     if !settings.skip.contains(&Step::Swaps) {
         let noise = noise(tracks);
-        let found = shuffles::settle(tracks, extent, noise);
-        events.extend(found.into_iter().map(|shuffle| {
+        let found = shuffles::settle(tracks, place.neutral_frame(), extent, noise);
+        exchanged.extend(found.suspects);
+        events.extend(found.shuffles.into_iter().map(|shuffle| {
             let confidence = if shuffle.is_dropped { MODEL_CONFIDENCE } else { SHUFFLED_CONFIDENCE };
             event(Kind::Shuffled, shuffle.marker, shuffle.frames, confidence)
         }));
         let found = swaps::undo(tracks, place.neutral_frame(), &place.markers, extent);
+        let of_swap = |swap: &Swap| Suspects { labels: swap.pair.into(), frames: swap.first..swap.end };
+        exchanged.extend(found.iter().map(of_swap));
         events.extend(found.iter().map(|swap| Event {
             other: Some(swap.pair[1]),
             ..event(Kind::Swap, swap.pair[0], swap.first..swap.end, 1.0)
@@ -305,6 +312,10 @@ fn mended(tracks: &mut Tracks, place: &Place, target: &Target, settings: &Settin
             ..event(Kind::Slide, slide.marker, slide.first..slide.end, MODEL_CONFIDENCE)
         }));
     }
+    let found = doubts::drop(tracks, &exchanged, extent, noise(tracks));
+    events.extend(
+        found.into_iter().map(|doubt| event(Kind::Shuffled, doubt.marker, doubt.frames, MODEL_CONFIDENCE)),
+    );
     events
 }
 

@@ -5,7 +5,7 @@
 //! are given to the markers that they fit best. A marker for which that is not clear is dropped there, to be
 //! filled as a gap. Suspects that are where they should be stay as they are.
 use crate::events::runs;
-use crate::low_rank::{Effort, Model};
+use crate::expected::{Expected, Suspects};
 use crate::tracks::{Tracks, seen};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -21,6 +21,14 @@ pub(crate) struct Shuffle {
     pub frames: Range<usize>,
     /// Whether its positions there were dropped. Otherwise they were put right.
     pub is_dropped: bool,
+}
+
+/// What was found.
+pub(crate) struct Settled {
+    /// What became of the markers that were shuffled.
+    pub shuffles: Vec<Shuffle>,
+    /// All labels that seemed to be shuffled, whether they were or not.
+    pub suspects: Vec<Suspects>,
 }
 
 /// A smaller motion between frames is no jump, as a part of the face's extent.
@@ -42,9 +50,6 @@ const HIDDEN: f64 = 0.05;
 /// If a larger part of all markers jumps in a frame, that says nothing of their labels.
 const TOGETHER: f64 = 0.5;
 
-/// What was put right must have this part of the squared jumps that it had before, or less.
-const SMOOTHER: f64 = 0.5;
-
 /// More labels are not put right.
 const MOST: usize = 6;
 
@@ -58,9 +63,6 @@ const CLEAR: f64 = 0.008;
 /// A shuffle ends where all labels are right for so many seconds.
 const CALM: f64 = 0.25;
 
-/// How much the model learns.
-const EFFORT: Effort = Effort { frames: 1200, iterations: 30 };
-
 /// Rounds of learning. A shuffle that goes on for longer than its jumps is learned in the first round.
 const ROUNDS: usize = 3;
 
@@ -71,18 +73,14 @@ struct Arrival {
     at: usize,
     /// Frames for which one of the two had not been seen.
     hidden: usize,
+    /// Whether both are seen now, and one of them jumped from where it was in the frame before.
+    is_both: bool,
 }
 
-/// Labels that may have been shuffled, in frames around their jumps.
-struct Suspects {
-    labels: Vec<usize>,
-    frames: Range<usize>,
-}
-
-/// Finds shuffles. Puts them right where that is clear, and makes positions NaN elsewhere. `extent` is the
-/// face's; `noise` is the standard deviation of a coordinate.
-pub(crate) fn settle(tracks: &mut Tracks, extent: f64, noise: f64) -> Vec<Shuffle> {
-    let mut suspects = suspects(arrivals(tracks, extent), tracks);
+/// Finds shuffles. Puts them right where that is clear, and makes positions NaN elsewhere. `neutral` is
+/// a frame with right labels, `extent` is the face's, and `noise` is the standard deviation of a coordinate.
+pub(crate) fn settle(tracks: &mut Tracks, neutral: usize, extent: f64, noise: f64) -> Settled {
+    let mut suspects = suspects(&arrivals(tracks, extent), tracks, neutral);
     let mut expected = None;
     for _ in 0..ROUNDS {
         if suspects.is_empty() {
@@ -100,15 +98,16 @@ pub(crate) fn settle(tracks: &mut Tracks, extent: f64, noise: f64) -> Vec<Shuffl
             break;
         }
     }
-    let Some(expected) = expected else { return Vec::new() };
     let mut shuffles = Vec::new();
+    let Some(expected) = expected else { return Settled { shuffles, suspects } };
     // One after the other, since two may share labels and frames.
-    for suspects in &suspects {
-        let (suspects, outcomes) = grown(tracks, suspects, &expected, extent);
-        shuffles.extend(put_right(tracks, &suspects, &outcomes, extent));
+    for suspects in &mut suspects {
+        let (grown, outcomes) = grown(tracks, suspects, &expected, extent);
+        shuffles.extend(put_right(tracks, &grown, &outcomes));
+        *suspects = grown;
     }
     shuffles.sort_by_key(|shuffle| (shuffle.frames.start, shuffle.marker, shuffle.is_dropped));
-    shuffles
+    Settled { shuffles, suspects }
 }
 
 /// All jumps of a label onto the place of another one that has left it.
@@ -138,7 +137,14 @@ fn arrivals(tracks: &Tracks, extent: f64) -> Vec<Arrival> {
                 if let Some((at, left_at, place)) = nearest
                     && now(label).distance(*place) < ARRIVES * jump
                 {
-                    arrivals.push(Arrival { frame: f, label, at: *at, hidden: f - when.min(*left_at) });
+                    let is_both = seen(now(*at)) && f - when.max(*left_at) == 1;
+                    arrivals.push(Arrival {
+                        frame: f,
+                        label,
+                        at: *at,
+                        hidden: f - when.min(*left_at),
+                        is_both,
+                    });
                 }
             }
         }
@@ -155,11 +161,17 @@ fn arrivals(tracks: &Tracks, extent: f64) -> Vec<Arrival> {
 struct Group {
     labels: BTreeSet<usize>,
     frames: BTreeSet<usize>,
-    /// Pairs of labels that one arrival after a while out of sight names.
+    /// Labels that arrive after a while out of sight, and at whose place.
     hidden: BTreeSet<[usize; 2]>,
 }
 
-fn suspects(arrivals: Vec<Arrival>, tracks: &Tracks) -> Vec<Suspects> {
+impl Group {
+    fn is_exchanged_out_of_sight(&self) -> bool {
+        self.hidden.iter().any(|[a, b]| self.hidden.contains(&[*b, *a]))
+    }
+}
+
+fn suspects(arrivals: &[Arrival], tracks: &Tracks, neutral: usize) -> Vec<Suspects> {
     let (within, calm, hidden) = (tracks.frames_in(WITHIN), tracks.frames_in(CALM), tracks.frames_in(HIDDEN));
     let mut groups: Vec<Group> = Vec::new();
     let mut open: Vec<Group> = Vec::new();
@@ -169,6 +181,9 @@ fn suspects(arrivals: Vec<Arrival>, tracks: &Tracks) -> Vec<Suspects> {
             Group { labels: pair.into(), frames: [arrival.frame].into(), hidden: BTreeSet::new() };
         if arrival.hidden > hidden {
             joined.hidden.insert(pair);
+            if arrival.is_both {
+                joined.hidden.insert([arrival.at, arrival.label]);
+            }
         }
         for mut group in std::mem::take(&mut open) {
             let last = group.frames.last().copied().unwrap_or(0);
@@ -186,57 +201,28 @@ fn suspects(arrivals: Vec<Arrival>, tracks: &Tracks) -> Vec<Suspects> {
     }
     groups.append(&mut open);
     groups.retain(|group| {
-        let is_exchanged = |[a, b]: &[usize; 2]| group.hidden.contains(&[*b, *a]);
-        group.frames.len() >= EXCHANGES || group.labels.len() > 2 || group.hidden.iter().any(is_exchanged)
+        group.frames.len() >= EXCHANGES || group.labels.len() > 2 || group.is_exchanged_out_of_sight()
     });
     let of_group = |group: Group| {
-        let first = group.frames.first().copied().unwrap_or(0).saturating_sub(calm);
-        let end = group.frames.last().map_or(0, |last| last + calm).min(tracks.frames());
-        Suspects { labels: group.labels.into_iter().collect(), frames: first..end }
+        let mut first = group.frames.first().copied().unwrap_or(0);
+        let mut last = group.frames.last().copied().unwrap_or(0);
+        if group.is_exchanged_out_of_sight() {
+            // The labels may stay exchanged until they are next seen to change places. At the neutral frame they
+            // are right.
+            let is_of_group = |a: &&Arrival| group.labels.contains(&a.label) && group.labels.contains(&a.at);
+            let others = || arrivals.iter().filter(is_of_group).map(|arrival| arrival.frame);
+            if neutral < first {
+                last = others().find(|frame| *frame > last).unwrap_or(tracks.frames());
+            } else if neutral > last {
+                first = others().rfind(|frame| *frame < first).unwrap_or(0);
+            }
+        }
+        let frames = first.saturating_sub(calm)..(last + calm).min(tracks.frames());
+        Suspects { labels: group.labels.into_iter().collect(), frames }
     };
     let mut suspects: Vec<Suspects> = groups.into_iter().map(of_group).collect();
     suspects.sort_by_key(|suspects| suspects.frames.start);
     suspects
-}
-
-/// Where markers are expected.
-struct Expected {
-    model: Model,
-    /// The columns that the model knows.
-    known: Vec<usize>,
-    /// These columns, without the suspects.
-    tracks: Tracks,
-}
-
-impl Expected {
-    /// Learns from all that is not suspect.
-    fn learn(tracks: &Tracks, suspects: &[Suspects], noise: f64) -> Option<Self> {
-        let mut columns = tracks.columns.clone();
-        for suspects in suspects {
-            for &label in &suspects.labels {
-                columns[label][suspects.frames.clone()].fill(DVec3::NAN);
-            }
-        }
-        let is_known = |j: &usize| columns[*j].iter().any(|p| seen(*p));
-        let known: Vec<usize> = (0..columns.len()).filter(is_known).collect();
-        let columns = known.iter().map(|&j| std::mem::take(&mut columns[j])).collect();
-        let tracks = Tracks { columns, rate: tracks.rate };
-        Some(Self { model: Model::learn(&tracks, noise, EFFORT)?, known, tracks })
-    }
-
-    /// The places of these markers in frame `f` as if none of them had been seen; NaN for one that is never
-    /// seen elsewhere.
-    fn places(&self, markers: &[usize], f: usize) -> Vec<DVec3> {
-        let unseen = |j: &usize| markers.contains(j);
-        let now = self.known.iter().zip(&self.tracks.columns);
-        let frame: Vec<f64> = now
-            .flat_map(|(j, column)| if unseen(j) { [f64::NAN; 3] } else { column[f].to_array() })
-            .collect();
-        let whole = self.model.complete(&frame);
-        let place = |marker: &usize| self.known.binary_search(marker).ok();
-        let at = |k: usize| DVec3::from_slice(&whole[3 * k..]);
-        markers.iter().map(|marker| place(marker).map_or(DVec3::NAN, at)).collect()
-    }
 }
 
 /// For each suspect label in one frame, the index of the label that has its marker. `None` if no label
@@ -318,16 +304,13 @@ fn orders(count: usize) -> Vec<Vec<usize>> {
     orders
 }
 
-/// Puts labels right from the first to the last frame in which one is wrong. Leaves all as it is if the markers
-/// would not move more smoothly.
-fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome], extent: f64) -> Vec<Shuffle> {
+/// Puts labels right from the first to the last frame in which one is wrong.
+fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome]) -> Vec<Shuffle> {
     let first = outcomes.iter().position(moves);
     let last = outcomes.iter().rposition(moves);
     let (Some(first), Some(last)) = (first, last) else { return Vec::new() };
     let start = suspects.frames.start;
     let whole = start + first..start + last + 1;
-    let within = tracks.frames_in(WITHIN);
-    let around = whole.start.saturating_sub(within)..(whole.end + within).min(tracks.frames());
     let labels = &suspects.labels;
     // A label that keeps its marker, and whose marker no other label has, only stood by.
     let is_mixed = |k: usize| {
@@ -342,8 +325,6 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome], ext
     let mixed: Vec<bool> = (0..labels.len()).map(is_mixed).collect();
     let before: Vec<Vec<DVec3>> =
         labels.iter().map(|&label| tracks.columns[label][whole.clone()].to_vec()).collect();
-    let jump = SMALLEST_JUMP * extent;
-    let rough = jumps(tracks, labels, around.clone(), jump);
     let mut dropped: Vec<Vec<usize>> = vec![Vec::new(); labels.len()];
     for (i, f) in whole.clone().enumerate() {
         for (k, &label) in labels.iter().enumerate().filter(|(k, _)| mixed[*k]) {
@@ -354,12 +335,6 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome], ext
             }
         }
     }
-    if jumps(tracks, labels, around, jump) > SMOOTHER * rough {
-        for (&label, before) in labels.iter().zip(before) {
-            tracks.columns[label][whole.clone()].copy_from_slice(&before);
-        }
-        return Vec::new();
-    }
     let mut shuffles = Vec::new();
     for (k, &marker) in labels.iter().enumerate() {
         let of_run = |frames| Shuffle { marker, frames, is_dropped: true };
@@ -369,21 +344,6 @@ fn put_right(tracks: &mut Tracks, suspects: &Suspects, outcomes: &[Outcome], ext
         }
     }
     shuffles
-}
-
-/// The sum of the squared steps between positions that were seen one after the other, of those steps that are
-/// longer than `least`.
-fn jumps(tracks: &Tracks, markers: &[usize], frames: Range<usize>, least: f64) -> f64 {
-    let mut sum = 0.0;
-    for &marker in markers {
-        let mut last = None;
-        for p in tracks.columns[marker][frames.clone()].iter().filter(|p| seen(**p)) {
-            let step = last.map_or(0.0, |last| p.distance(last));
-            sum += if step > least { step * step } else { 0.0 };
-            last = Some(*p);
-        }
-    }
-    sum
 }
 
 #[cfg(test)]

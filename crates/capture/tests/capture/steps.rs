@@ -35,13 +35,14 @@ fn rest() -> Vec<DVec3> {
     (0..HANDLES).map(at).collect()
 }
 
-/// Handle `j` in frame `f` on the rig: at rest in the first second.
+/// Handle `j` in frame `f` on the rig: at rest in the first second. The forehead hardly moves, as on any face.
 fn truth(rest: &[DVec3], j: usize, f: usize) -> DVec3 {
     let t = (f as f64 / RATE - 1.0).max(0.0);
     let r = rest[j];
     let lift = DVec3::Y * 0.6 * (0.4 * r.x).cos() * (TAU * 0.7 * t).sin();
     let push = DVec3::Z * 0.5 * (0.3 * r.y).sin() * (1.0 - (TAU * 0.5 * t).cos());
-    r + lift + push
+    const MOVES: [f64; HANDLES / 6] = [1.0, 1.0, 0.4, 0.0];
+    r + MOVES[j / 6] * (lift + push)
 }
 
 /// From the rig's space, scaled to the actor's size, to the world in mesh axes and centimetres.

@@ -28,9 +28,16 @@ fn a_c3d_file_has_a_time_code_and_events() {
     let timecode = take.recording.timecode.unwrap();
     assert_eq!(timecode.to_string(), "01:02:03;04.2");
     assert_eq!(timecode.rate, Some(30000.0 / 1001.0));
-    assert_eq!(events(&take), [("Left Foot Strike", 4.5), ("Clap", 62.25)]);
     assert_eq!(take.recording.first_frame, Some(241));
-    assert_eq!(take.tracks.times[0], 2.0);
+    // By hand: 30 · 3723 + 4 numbers, of which 2 · 56 are dropped, at 30 / 1.001 a second, and 2 frames of 120 a
+    // second. The file's own times begin at 2 s.
+    let start = 111_582.0 * 1.001 / 30.0 + 2.0 / 120.0;
+    assert!((take.tracks.times[0] - start).abs() < 1e-9, "{}", take.tracks.times[0]);
+    let expected = [("Left Foot Strike", start + 2.5), ("Clap", start + 60.25)];
+    for (found, expected) in events(&take).into_iter().zip(expected) {
+        assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-9, "{found:?} {expected:?}");
+    }
+    assert_eq!((events(&take).len(), take.tracks.rate()), (2, 120.0));
 
     let mut written = trial(2, 8);
     written.set("SMPTE", "TIMECODE", texts(&["23:59:58:24"]));
@@ -70,7 +77,11 @@ fn text_formats_have_a_start_or_events() {
         assert_eq!(take.tracks.positions[0], [1.0, 2.0, 3.0]);
         assert_eq!(take.recording.started.as_deref(), Some("2024-01-01, 10:00:00.000"));
         assert_eq!(take.recording.timecode.unwrap().to_string(), "10:00:00:12.3");
-        assert_eq!(events(&take), [("clap", 0.5), ("end", 1.0)]);
+        // Without a rate of the time code, its frames are the take's: 12 and 3 of 100 a second.
+        assert!((take.tracks.times[0] - 36_000.15).abs() < 1e-9);
+        for (found, expected) in events(&take).into_iter().zip([("clap", 36_000.65), ("end", 36_001.15)]) {
+            assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-9, "{found:?} {expected:?}");
+        }
     }
     let motive = "Format Version,1.23,Capture Start Time,2024-01-01 10.00.00.000 AM,Capture Start Frame,77,\
         Export Frame Rate,100,Length Units,Meters\n,Type,Marker,Marker,Marker\n,Name,a,a,a\n\
