@@ -30,7 +30,7 @@ pub(crate) fn says_left(label: &str) -> Option<bool> {
     let lower = bare.to_lowercase();
     for (letter, left) in [('l', true), ('r', false)] {
         let rest = [lower.strip_prefix(letter), lower.strip_suffix(letter)];
-        if rest.into_iter().flatten().any(|rest| PLACES.iter().any(|place| rest == *place)) {
+        if rest.into_iter().flatten().any(|rest| PLACES.contains(&rest)) {
             return Some(left);
         }
     }
