@@ -1,12 +1,12 @@
 //! The handles of a face from one frame of a take: which point of the skin each marker is at.
 use crate::face_cluster::face_clusters;
 use crate::label_words::says_head;
-use crate::subjects::{is_called, parted};
 use crate::labels::is_unlabelled;
 use crate::orientation::{Choice, Known, choose};
 use crate::posture::Posture;
-use crate::tracks::seen;
-use crate::typical::{rigid_set, typical_frame};
+use crate::subjects::{is_called, parted};
+use crate::tracks::{extent, seen};
+use crate::typical::{moves_with, rigid_set, typical_frame};
 use crate::verdict;
 use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
@@ -218,9 +218,9 @@ impl<'a> Placing<'a> {
         }
         if let Some(subject) = &settings.subject {
             let labels = parted(&[], &take.labels);
-            placing.columns.retain(|&m| {
-                labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject))
-            });
+            placing
+                .columns
+                .retain(|&m| labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject)));
             if placing.columns.is_empty() {
                 return Err(Error::input(format!(
                     "no marker of the take belongs to the actor “{subject}”: expected labels that begin with \
@@ -337,7 +337,9 @@ impl<'a> Placing<'a> {
             let off: Vec<usize> = off.into_iter().map(|(_, _, m)| m).collect();
             // A cap may have markers that are far from the face's.
             let is_near = |m: &usize| place(*m).distance(self.skin.middle()) * metres < HEAD;
-            let near: Vec<usize> = others.iter().copied().filter(is_near).collect();
+            let size = extent(shown.iter().map(|&m| self.at(m)));
+            let is_of_head = |m: &usize| is_near(m) && moves_with(self.take, shown, *m, size);
+            let near: Vec<usize> = others.iter().copied().filter(is_of_head).collect();
             let all = [shown, &near].concat();
             let candidates: Vec<usize> =
                 off.iter().chain(&near).filter_map(|m| all.iter().position(|other| other == m)).collect();

@@ -1,7 +1,7 @@
 //! The head's markers: the rigid set that travels with the face. A slate, a chair or another actor's cap is
 //! rigid as well, but goes its own way.
-use crate::label_words::says_head;
 use crate::head::{FACE_TOLERANCE, Fit, RIGID_TOLERANCE, fitted, thinned};
+use crate::label_words::says_head;
 use crate::rigid_sets::Distances;
 use crate::settings::Settings;
 use crate::tracks::{Tracks, median_point, seen};

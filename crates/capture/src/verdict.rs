@@ -13,6 +13,17 @@ const MOST_DOUBTFUL: f64 = 0.2;
 /// The largest distance of a marker from its handle, in metres, at the median.
 const LARGEST: f64 = 0.005;
 
+/// A warning names at most so many markers.
+const NAMED: usize = 8;
+
+/// The first of some words, and how many more there are.
+fn shortened(mut words: Vec<String>) -> String {
+    let more = words.len().saturating_sub(NAMED);
+    words.truncate(NAMED);
+    let shown = words.join(", ");
+    if more == 0 { shown } else { format!("{shown} and {more} more") }
+}
+
 /// Why handles are probably wrong: a sentence each.
 pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String> {
     let mut distances: Vec<f64> =
@@ -41,15 +52,15 @@ pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String>
 /// What a person should look at: a sentence each.
 pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &Laid) -> Vec<String> {
     let mut warnings: Vec<String> = laid.choice.warning.iter().cloned().collect();
-    let far: Vec<&str> = (0..placed.len())
+    let far: Vec<String> = (0..placed.len())
         .filter(|&i| placed[i].distance * face.metres_per_unit > DOUBTFUL)
-        .map(|i| handles.labels[i].as_str())
+        .map(|i| handles.labels[i].clone())
         .collect();
     if !far.is_empty() {
         warnings.push(format!(
-            "markers farther than {} mm from the mesh: {}",
+            "markers farther than {} mm from the mesh: {}; look at the picture",
             DOUBTFUL * 1e3,
-            far.join(", ")
+            shortened(far)
         ));
     }
     let mut moved: Vec<String> = Vec::new();
@@ -62,7 +73,7 @@ pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: 
         warnings.push(format!(
             "markers that got the next free vertex, because other markers are at their nearest place: {}; \
              check that no marker is in the take under two labels",
-            moved.join(", ")
+            shortened(moved)
         ));
     }
     if laid.choice.evidence.is_mirrored() {

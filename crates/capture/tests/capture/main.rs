@@ -10,5 +10,5 @@ mod repairs;
 mod shuffles;
 mod spread;
 mod steps;
-mod video;
 mod upright;
+mod video;
