@@ -132,6 +132,8 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     if settings.known.len() >= CERTAIN {
         faults.append(&mut warnings);
         warnings = std::mem::take(&mut faults);
+    } else {
+        warnings.extend(verdict::may_slide(face, skin.axes(), &laid));
     }
     let names = |columns: &mut dyn Iterator<Item = usize>| -> Vec<String> {
         columns.map(|m| labels[m].clone()).collect()

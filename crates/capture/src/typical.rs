@@ -145,6 +145,32 @@ mod tests {
     }
 
     #[test]
+    fn a_cap_moves_with_the_face_and_shoulders_do_not() {
+        // Four stiff markers, six that talk, one of a cap and one of a shoulder. The head turns.
+        let positions = (0..120).flat_map(|f| {
+            let t = f64::from(f) / 20.0;
+            (0..12).map(move |m| {
+                let talks = if (4..10).contains(&m) { 8.0 * (t * f64::from(m)).sin() } else { 0.0 };
+                let place = match m {
+                    10 => DVec3::new(20.0, 180.0, 0.0),
+                    _ => DVec3::new(f64::from(m % 4) * 40.0 - 60.0, f64::from(m / 4) * -40.0 + talks, 90.0),
+                };
+                let turned = glam::DQuat::from_rotation_y(0.3 * t.sin()) * place;
+                if m == 11 { [150.0, -220.0, 0.0] } else { turned.to_array() }
+            })
+        });
+        let take = Take {
+            labels: (0..12).map(|m| format!("m{m}")).collect(),
+            times: (0..120).map(|f| f64::from(f) / 20.0).collect(),
+            positions: positions.collect(),
+            ..Take::default()
+        };
+        let face: Vec<usize> = (0..10).collect();
+        assert!(moves_with(&take, &face, 10, 150.0));
+        assert!(!moves_with(&take, &face, 11, 150.0));
+    }
+
+    #[test]
     fn a_band_and_a_frame_at_rest_are_found() {
         let mut take = take();
         let all: Vec<usize> = (0..13).collect();

@@ -1,5 +1,6 @@
 //! What is wrong with placed handles, and what a person should look at.
 use crate::handles::{Laid, POOR};
+use glam::{DMat3, DVec3};
 use rhytid_core::numbers::median;
 use rhytid_core::{Face, Handles};
 use rhytid_solve::Placed;
@@ -15,6 +16,34 @@ const LARGEST: f64 = 0.005;
 
 /// A warning names at most so many markers.
 const NAMED: usize = 8;
+
+/// Markers on a patch that is narrower or lower than this, in metres, can slide along the skin: it fits nearly
+/// as well a centimetre or two away. So can fewer markers than these, wherever they are.
+const PATCH: [f64; 2] = [0.085, 0.1];
+const FEW: usize = 24;
+
+/// A warning that the markers may have slid along the skin, if they are few or on a part of the face alone.
+/// `axes` are the mesh's right, up and forward axes.
+pub(crate) fn may_slide(face: &Face, axes: DMat3, laid: &Laid) -> Option<String> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for point in &laid.fit.points {
+        let point = axes.transpose() * *point * face.metres_per_unit;
+        (low, high) = (low.min(point), high.max(point));
+    }
+    let size = high - low;
+    let count = laid.fit.points.len();
+    let markers = if size.x < PATCH[0] || size.y < PATCH[1] {
+        format!("the markers cover {:.0} × {:.0} mm of the face", size.x * 1e3, size.y * 1e3)
+    } else if count < FEW {
+        format!("the handles are found from {count} markers alone")
+    } else {
+        return None;
+    };
+    Some(format!(
+        "{markers}, which may have slid along the skin by a centimetre or two; look at the picture, and if a \
+         marker is not where the actor has it, name the vertices of three markers"
+    ))
+}
 
 /// The first of some words, and how many more there are.
 fn shortened(mut words: Vec<String>) -> String {

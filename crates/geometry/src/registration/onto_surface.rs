@@ -392,6 +392,41 @@ mod tests {
         }
     }
 
+    /// Some of the points lead to the fit of all of them, with the known ones among them.
+    #[test]
+    fn hundreds_of_points_are_laid_as_exactly_as_few() {
+        let places: Vec<DVec3> = (0..450)
+            .map(|i| {
+                let (r, angle) = (((f64::from(i) + 0.5) / 450.0).sqrt(), 2.4 * f64::from(i));
+                face(60.0 * r * angle.cos(), 80.0 * r * angle.sin())
+            })
+            .collect();
+        let mut known = vec![None; places.len()];
+        known[3] = Some(places[3]);
+        let start = Start {
+            axes: DMat3::IDENTITY,
+            middle: DVec3::new(0.0, 0.0, 35.0),
+            extent: 240.0,
+            scales: [0.8, 1.25],
+            known,
+        };
+        for count in [FIRST_POINTS, LAST_POINTS] {
+            let subset = Subset::new(&places, &start, count);
+            assert!(subset.points.len() <= count + 1 && subset.known.len() == subset.points.len());
+            assert_eq!(subset.known.iter().flatten().count(), 1);
+        }
+        let back = Similarity {
+            scale: 0.93,
+            rotation: DQuat::from_axis_angle(DVec3::X, 1.6),
+            translation: DVec3::new(-400.0, 1500.0, 90.0),
+        };
+        let markers: Vec<DVec3> = places.iter().map(|p| back.apply(*p)).collect();
+        let found = &onto_surface(&markers, &surface(), &start)[0];
+        assert_eq!(found.points.len(), places.len());
+        let off = found.points.iter().zip(&places).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(off < 3.0, "{off} mm off");
+    }
+
     #[test]
     fn the_direction_of_least_spread() {
         let turn = DMat3::from_rotation_x(0.7) * DMat3::from_rotation_y(-0.4);
