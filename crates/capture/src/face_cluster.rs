@@ -20,6 +20,10 @@ const SAMPLED: usize = 48;
 /// A face has at least so many markers.
 const FEWEST: usize = 4;
 
+/// In the right unit, the largest cluster has at least this part of the markers that it has in another one. A
+/// wrong unit makes a face of a few markers, or of the whole body.
+const UNIT: f64 = 1.0 / 3.0;
+
 /// Clusters with less than this part of the largest one's markers are no face.
 const SMALL: f64 = 0.5;
 
@@ -30,16 +34,21 @@ const SMALL: f64 = 0.5;
 /// face moves as a whole.
 pub(crate) fn face_clusters(take: &Take, columns: &[usize], metres: Option<f64>) -> Vec<Vec<usize>> {
     let tree = Tree::new(take, columns);
-    let mut best = metres.map(|metres| tree.clusters(metres)).unwrap_or_default();
-    if best.is_empty() {
-        // Without a unit that leads to a face, the one with the largest face is the likeliest.
-        for clusters in UNITS.map(|metres| tree.clusters(metres)) {
-            if clusters.first().map_or(0, Vec::len) > best.first().map_or(0, Vec::len) {
-                best = clusters;
-            }
-        }
+    let mut found = metres.map(|metres| tree.clusters(metres)).unwrap_or_default();
+    if found.is_empty() {
+        found = tree.likeliest();
     }
-    if best.is_empty() { vec![columns.to_vec()] } else { best }
+    if found.is_empty() {
+        return vec![columns.to_vec()];
+    }
+    found.into_iter().map(|cluster| cluster.columns).collect()
+}
+
+/// Markers that have the size of a face.
+struct Sized {
+    columns: Vec<usize>,
+    /// Whether one of the edges between them is a gap beside the others. A face has none.
+    has_gap: bool,
 }
 
 /// The least spanning tree of some markers.
@@ -131,8 +140,22 @@ impl<'a> Tree<'a> {
         Cluster { members: vec![i], lengths: Vec::new(), boxes: self.frames.iter().map(around).collect() }
     }
 
+    /// The clusters in the likeliest unit: the one with the largest face, without a gap if possible.
+    fn likeliest(&self) -> Vec<Sized> {
+        let size = |clusters: &[Sized]| clusters.first().map_or(0, |first| first.columns.len());
+        let of_units = UNITS.map(|metres| self.clusters(metres));
+        let most = of_units.iter().map(|clusters| size(clusters)).max().unwrap_or(0);
+        let is_whole = |clusters: &[Sized]| {
+            clusters.first().is_some_and(|first| !first.has_gap)
+                && size(clusters) as f64 >= UNIT * most as f64
+        };
+        // Of equal ones, the first unit is the likeliest.
+        let units = of_units.into_iter().rev();
+        units.max_by_key(|clusters| (is_whole(clusters), size(clusters))).unwrap_or_default()
+    }
+
     /// The clusters of the size of a face, the largest first, if one unit is so many metres.
-    fn clusters(&self, metres: f64) -> Vec<Vec<usize>> {
+    fn clusters(&self, metres: f64) -> Vec<Sized> {
         let mut of_member: Vec<usize> = (0..self.columns.len()).collect();
         let mut clusters: Vec<Cluster> = (0..self.columns.len()).map(|i| self.single(i)).collect();
         for Edge { ends: [a, b], length } in &self.edges {
@@ -165,9 +188,10 @@ impl<'a> Tree<'a> {
         for cluster in clusters.into_iter().filter(|c| c.members.len() as f64 >= SMALL * most as f64) {
             let mut columns: Vec<usize> = cluster.members.iter().map(|&i| self.columns[i]).collect();
             columns.sort_unstable();
-            found.push(columns);
+            let longest = cluster.lengths.iter().copied().fold(0.0, f64::max);
+            found.push(Sized { has_gap: cluster.has_gap(longest), columns });
         }
-        found.sort_by(|a, b| b.len().cmp(&a.len()).then(a.cmp(b)));
+        found.sort_by(|a, b| b.columns.len().cmp(&a.columns.len()).then(a.columns.cmp(&b.columns)));
         found
     }
 }
@@ -231,7 +255,7 @@ mod tests {
         }
         // The face alone is whole, in any unit that the file states.
         for metres in [1e-3, 1.0, 25.4] {
-            assert_eq!(face_clusters(&body(1e-3), &face, Some(metres)), [face.clone()]);
+            assert_eq!(face_clusters(&body(1e-3), &face, Some(metres)), std::slice::from_ref(&face));
         }
         assert_eq!(face_clusters(&body(1e-3).slice(0..1), &face[..4], None), [&face[..4]]);
     }

@@ -5,8 +5,8 @@ use crate::labels::is_unlabelled;
 use crate::orientation::{Choice, Known, choose};
 use crate::posture::Posture;
 use crate::subjects::{is_called, parted};
-use crate::tracks::seen;
-use crate::typical::{rigid_set, typical_frame};
+use crate::tracks::{extent, seen};
+use crate::typical::{moves_with, rigid_set, typical_frame};
 use crate::verdict;
 use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
@@ -132,6 +132,8 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     if settings.known.len() >= CERTAIN {
         faults.append(&mut warnings);
         warnings = std::mem::take(&mut faults);
+    } else {
+        warnings.extend(verdict::may_slide(face, skin.axes(), &laid));
     }
     let names = |columns: &mut dyn Iterator<Item = usize>| -> Vec<String> {
         columns.map(|m| labels[m].clone()).collect()
@@ -337,7 +339,9 @@ impl<'a> Placing<'a> {
             let off: Vec<usize> = off.into_iter().map(|(_, _, m)| m).collect();
             // A cap may have markers that are far from the face's.
             let is_near = |m: &usize| place(*m).distance(self.skin.middle()) * metres < HEAD;
-            let near: Vec<usize> = others.iter().copied().filter(is_near).collect();
+            let size = extent(shown.iter().map(|&m| self.at(m)));
+            let is_of_head = |m: &usize| is_near(m) && moves_with(self.take, shown, *m, size);
+            let near: Vec<usize> = others.iter().copied().filter(is_of_head).collect();
             let all = [shown, &near].concat();
             let candidates: Vec<usize> =
                 off.iter().chain(&near).filter_map(|m| all.iter().position(|other| other == m)).collect();

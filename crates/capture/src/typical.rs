@@ -4,12 +4,19 @@ use glam::DVec3;
 use rhytid_core::Take;
 use rhytid_core::numbers::median;
 
-/// Frames that are sampled.
+/// At most so many frames are sampled.
 const SAMPLED: usize = 400;
+
+/// At most so many distances are kept. With many markers, fewer frames are sampled.
+const KEPT: usize = 4_000_000;
 
 /// Two markers keep their distance if it is within this part of the markers' extent of its median in nine
 /// frames of ten. Skin does not.
 const KEEPS: f64 = 0.0012;
+
+/// A marker of the head moves less than this part of the face's extent towards and from the stiff parts of the
+/// face.
+const CHANGES: f64 = 0.03;
 
 /// A frame is good enough if it shows this part of the markers that the fullest frame shows.
 const SHOWS: f64 = 0.98;
@@ -26,7 +33,8 @@ struct Distances {
 impl Distances {
     fn new(take: &Take) -> Self {
         let markers = take.labels.len();
-        let step = take.frames().div_ceil(SAMPLED).max(1);
+        let sampled = (2 * KEPT / (markers * markers).max(1)).clamp(20, SAMPLED);
+        let step = take.frames().div_ceil(sampled).max(1);
         let frames: Vec<usize> = (0..take.frames()).step_by(step).collect();
         let at = |f: usize, m: usize| DVec3::from_array(take.positions[f * markers + m]);
         let pairs: Vec<[usize; 2]> =
@@ -59,6 +67,28 @@ pub(crate) fn typical_frame(take: &Take) -> usize {
         (0..distances.frames.len()).filter(|&i| seen(distances.frames[i]) as f64 >= SHOWS * most as f64);
     let best = good.map(|i| (unlike(i), i)).min_by(|a, b| a.0.total_cmp(&b.0));
     best.map_or(0, |(_, i)| distances.frames[i])
+}
+
+/// Whether marker `m` moves with the face: a quarter of the face's markers nearly keep their distance from it.
+/// Those of the forehead do so from a cap, and not from the shoulders when the head turns. `extent` is the
+/// face's, in the take's unit.
+pub(crate) fn moves_with(take: &Take, face: &[usize], m: usize, extent: f64) -> bool {
+    let count = take.labels.len();
+    let at = |f: usize, m: usize| DVec3::from_array(take.positions[f * count + m]);
+    let step = take.frames().div_ceil(SAMPLED).max(1);
+    let mut changes = Vec::new();
+    for &other in face {
+        let distance = |f| at(f, other).distance(at(f, m));
+        let mut distances: Vec<f64> = (0..take.frames()).step_by(step).map(distance).collect();
+        distances.retain(|distance| !distance.is_nan());
+        if !distances.is_empty() {
+            distances.sort_by(f64::total_cmp);
+            let part = |part: f64| distances[(part * (distances.len() - 1) as f64).round() as usize];
+            changes.push(part(0.9) - part(0.1));
+        }
+    }
+    changes.sort_by(f64::total_cmp);
+    changes.get(changes.len() / 4).is_some_and(|change| *change < CHANGES * extent)
 }
 
 /// The markers of `candidates` that keep their distances from each other, as those of a cap or a head band
@@ -112,6 +142,32 @@ mod tests {
             positions: positions.collect(),
             ..Take::default()
         }
+    }
+
+    #[test]
+    fn a_cap_moves_with_the_face_and_shoulders_do_not() {
+        // Four stiff markers, six that talk, one of a cap and one of a shoulder. The head turns.
+        let positions = (0..120).flat_map(|f| {
+            let t = f64::from(f) / 20.0;
+            (0..12).map(move |m| {
+                let talks = if (4..10).contains(&m) { 8.0 * (t * f64::from(m)).sin() } else { 0.0 };
+                let place = match m {
+                    10 => DVec3::new(20.0, 180.0, 0.0),
+                    _ => DVec3::new(f64::from(m % 4) * 40.0 - 60.0, f64::from(m / 4) * -40.0 + talks, 90.0),
+                };
+                let turned = glam::DQuat::from_rotation_y(0.3 * t.sin()) * place;
+                if m == 11 { [150.0, -220.0, 0.0] } else { turned.to_array() }
+            })
+        });
+        let take = Take {
+            labels: (0..12).map(|m| format!("m{m}")).collect(),
+            times: (0..120).map(|f| f64::from(f) / 20.0).collect(),
+            positions: positions.collect(),
+            ..Take::default()
+        };
+        let face: Vec<usize> = (0..10).collect();
+        assert!(moves_with(&take, &face, 10, 150.0));
+        assert!(!moves_with(&take, &face, 11, 150.0));
     }
 
     #[test]

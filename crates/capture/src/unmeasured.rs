@@ -70,7 +70,8 @@ mod tests {
 
     #[test]
     fn each_reason_and_what_is_kept() {
-        let moving = |c: usize| (0..200).map(|f| DVec3::new(f as f64, c as f64, 0.0)).collect::<Vec<_>>();
+        let moving =
+            |c: usize| (0..200_u32).map(|f| DVec3::new(f64::from(f), c as f64, 0.0)).collect::<Vec<_>>();
         let mut columns: Vec<Vec<DVec3>> = (0..16).map(moving).collect();
         columns[1][9..].fill(DVec3::NAN);
         columns[2].fill(DVec3::ZERO);

@@ -1,5 +1,6 @@
 //! What is wrong with placed handles, and what a person should look at.
 use crate::handles::{Laid, POOR};
+use glam::{DMat3, DVec3};
 use rhytid_core::numbers::median;
 use rhytid_core::{Face, Handles};
 use rhytid_solve::Placed;
@@ -12,6 +13,45 @@ const MOST_DOUBTFUL: f64 = 0.2;
 
 /// The largest distance of a marker from its handle, in metres, at the median.
 const LARGEST: f64 = 0.005;
+
+/// A warning names at most so many markers.
+const NAMED: usize = 8;
+
+/// Markers on a patch that is narrower or lower than this, in metres, can slide along the skin: it fits nearly
+/// as well a centimetre or two away. So can fewer markers than these, wherever they are.
+const PATCH: [f64; 2] = [0.085, 0.1];
+const FEW: usize = 24;
+
+/// A warning that the markers may have slid along the skin, if they are few or on a part of the face alone.
+/// `axes` are the mesh's right, up and forward axes.
+pub(crate) fn may_slide(face: &Face, axes: DMat3, laid: &Laid) -> Option<String> {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for point in &laid.fit.points {
+        let point = axes.transpose() * *point * face.metres_per_unit;
+        (low, high) = (low.min(point), high.max(point));
+    }
+    let size = high - low;
+    let count = laid.fit.points.len();
+    let markers = if size.x < PATCH[0] || size.y < PATCH[1] {
+        format!("the markers cover {:.0} × {:.0} mm of the face", size.x * 1e3, size.y * 1e3)
+    } else if count < FEW {
+        format!("the handles are found from {count} markers alone")
+    } else {
+        return None;
+    };
+    Some(format!(
+        "{markers}, which may have slid along the skin by a centimetre or two; look at the picture, and if a \
+         marker is not where the actor has it, name the vertices of three markers"
+    ))
+}
+
+/// The first of some words, and how many more there are.
+fn shortened(mut words: Vec<String>) -> String {
+    let more = words.len().saturating_sub(NAMED);
+    words.truncate(NAMED);
+    let shown = words.join(", ");
+    if more == 0 { shown } else { format!("{shown} and {more} more") }
+}
 
 /// Why handles are probably wrong: a sentence each.
 pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String> {
@@ -41,15 +81,15 @@ pub(crate) fn faults(face: &Face, placed: &[Placed], laid: &Laid) -> Vec<String>
 /// What a person should look at: a sentence each.
 pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: &Laid) -> Vec<String> {
     let mut warnings: Vec<String> = laid.choice.warning.iter().cloned().collect();
-    let far: Vec<&str> = (0..placed.len())
+    let far: Vec<String> = (0..placed.len())
         .filter(|&i| placed[i].distance * face.metres_per_unit > DOUBTFUL)
-        .map(|i| handles.labels[i].as_str())
+        .map(|i| handles.labels[i].clone())
         .collect();
     if !far.is_empty() {
         warnings.push(format!(
-            "markers farther than {} mm from the mesh: {}",
+            "markers farther than {} mm from the mesh: {}; look at the picture",
             DOUBTFUL * 1e3,
-            far.join(", ")
+            shortened(far)
         ));
     }
     let mut moved: Vec<String> = Vec::new();
@@ -62,7 +102,7 @@ pub(crate) fn warnings(face: &Face, handles: &Handles, placed: &[Placed], laid: 
         warnings.push(format!(
             "markers that got the next free vertex, because other markers are at their nearest place: {}; \
              check that no marker is in the take under two labels",
-            moved.join(", ")
+            shortened(moved)
         ));
     }
     if laid.choice.evidence.is_mirrored() {

@@ -21,8 +21,11 @@ const FIRST_POINTS: usize = 24;
 const FIRST: ([f64; 4], usize) = ([0.1, 0.05, 0.03, 0.02], 6);
 const LAST: ([f64; 5], usize) = ([0.05, 0.03, 0.02, 0.015, 0.01], 40);
 
-/// So many of the best results of the first search are refined by the last search.
+/// So many of the best results of the first search are refined by the last search. It takes about so many of
+/// the points. With all of them, a fit ends with so many steps.
 const KEPT: usize = 8;
+const LAST_POINTS: usize = 100;
+const WITH_ALL: ([f64; 1], usize) = ([0.01], 10);
 
 /// A point at this part of the extent from its place costs one half. The cost of a point that is far away
 /// grows to 1.
@@ -36,6 +39,10 @@ const BULGES: f64 = 0.5;
 
 /// The weight of a point whose place is known; a point that looks for its place has the weight 1.
 const KNOWN: f64 = 20.0;
+
+/// The pull towards the middle of the allowed scales in each fit, beside the points' own weight of 1. Points on
+/// a part of the surface say little about their scale, and would slide along it without the pull.
+const USUAL_SIZE: f64 = 0.02;
 
 /// Actors' proportions differ. Each axis is stretched by up to this, and by less if few points ask for it.
 const STRETCH: f64 = 1.2;
@@ -83,23 +90,26 @@ pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Vec<O
         return Vec::new();
     }
     let search = Search { points, known: &start.known, surface, start };
-    let step = points.len().div_ceil(FIRST_POINTS).max(1);
-    let some: Vec<usize> = (0..points.len()).filter(|i| i % step == 0 || start.known[*i].is_some()).collect();
-    let of_some: Vec<DVec3> = some.iter().map(|&i| points[i]).collect();
-    let known_of_some: Vec<Option<DVec3>> = some.iter().map(|&i| start.known[i]).collect();
-    let quick = Search { points: &of_some, known: &known_of_some, surface, start };
+    let few = Subset::new(points, start, FIRST_POINTS);
+    let quick = Search { points: &few.points, known: &few.known, surface, start };
+    let many = Subset::new(points, start, LAST_POINTS);
+    let exact = Search { points: &many.points, known: &many.known, surface, start };
     let first: Vec<Fit> = search
         .starts()
         .into_par_iter()
         .filter_map(|motion| {
             let motion = quick.refine(motion, &FIRST.0, FIRST.1)?.motion;
-            Some(Fit { cost: search.cost(&motion)?, motion })
+            Some(Fit { cost: exact.cost(&motion)?, motion })
         })
         .collect();
     let last: Vec<Fit> = distinct(first)
         .into_par_iter()
         .take(KEPT)
-        .filter_map(|fit| search.refine(fit.motion, &LAST.0, LAST.1))
+        .filter_map(|fit| {
+            let fit = exact.refine(fit.motion, &LAST.0, LAST.1)?;
+            let is_whole = many.points.len() == points.len();
+            if is_whole { Some(fit) } else { search.refine(fit.motion, &WITH_ALL.0, WITH_ALL.1) }
+        })
         .collect();
     let mut found = Vec::new();
     for Fit { cost, motion } in distinct(last) {
@@ -114,6 +124,27 @@ pub fn onto_surface(points: &[DVec3], surface: &Surface, start: &Start) -> Vec<O
 struct Fit {
     cost: f64,
     motion: Similarity,
+}
+
+/// Some of the points.
+struct Subset {
+    points: Vec<DVec3>,
+    known: Vec<Option<DVec3>>,
+}
+
+impl Subset {
+    /// At most about `count` of the points, evenly taken from their order, and all whose place is known.
+    fn new(points: &[DVec3], start: &Start, count: usize) -> Self {
+        let step = points.len().div_ceil(count).max(1);
+        let mut subset = Self { points: Vec::new(), known: Vec::new() };
+        for (i, (point, known)) in points.iter().zip(&start.known).enumerate() {
+            if i % step == 0 || known.is_some() {
+                subset.points.push(*point);
+                subset.known.push(*known);
+            }
+        }
+        subset
+    }
 }
 
 /// The fits that are turned otherwise than each better one, the best first.
@@ -220,9 +251,12 @@ impl Search<'_> {
         Some(Fit { cost: self.cost(&motion)?, motion })
     }
 
-    /// The same fit with a scale within the allowed bounds.
+    /// The same fit with a scale within the allowed bounds, a little nearer to their middle.
     fn bounded(&self, fitted: Similarity, targets: &[DVec3], weights: &[f64]) -> Similarity {
-        let scale = fitted.scale.clamp(self.start.scales[0], self.start.scales[1]);
+        let [least, greatest] = self.start.scales;
+        let usual = (least * greatest).sqrt();
+        let scale = (fitted.scale + USUAL_SIZE * usual) / (1.0 + USUAL_SIZE);
+        let scale = scale.clamp(least, greatest);
         let total: f64 = weights.iter().sum();
         let mean =
             |points: &[DVec3]| points.iter().zip(weights).map(|(p, w)| *p * (w / total)).sum::<DVec3>();
@@ -356,6 +390,41 @@ mod tests {
                 assert!(all[..i].iter().all(|b| turn(b) > DIFFERENT));
             }
         }
+    }
+
+    /// Some of the points lead to the fit of all of them, with the known ones among them.
+    #[test]
+    fn hundreds_of_points_are_laid_as_exactly_as_few() {
+        let places: Vec<DVec3> = (0..450)
+            .map(|i| {
+                let (r, angle) = (((f64::from(i) + 0.5) / 450.0).sqrt(), 2.4 * f64::from(i));
+                face(60.0 * r * angle.cos(), 80.0 * r * angle.sin())
+            })
+            .collect();
+        let mut known = vec![None; places.len()];
+        known[3] = Some(places[3]);
+        let start = Start {
+            axes: DMat3::IDENTITY,
+            middle: DVec3::new(0.0, 0.0, 35.0),
+            extent: 240.0,
+            scales: [0.8, 1.25],
+            known,
+        };
+        for count in [FIRST_POINTS, LAST_POINTS] {
+            let subset = Subset::new(&places, &start, count);
+            assert!(subset.points.len() <= count + 1 && subset.known.len() == subset.points.len());
+            assert_eq!(subset.known.iter().flatten().count(), 1);
+        }
+        let back = Similarity {
+            scale: 0.93,
+            rotation: DQuat::from_axis_angle(DVec3::X, 1.6),
+            translation: DVec3::new(-400.0, 1500.0, 90.0),
+        };
+        let markers: Vec<DVec3> = places.iter().map(|p| back.apply(*p)).collect();
+        let found = &onto_surface(&markers, &surface(), &start)[0];
+        assert_eq!(found.points.len(), places.len());
+        let off = found.points.iter().zip(&places).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+        assert!(off < 3.0, "{off} mm off");
     }
 
     #[test]
