@@ -1,9 +1,9 @@
 //! Doubts: markers that are not where they are expected after their labels were exchanged.
 //!
 //! An exchange may be wrong: the labels may have been right before, or one of them may have gone elsewhere.
-//! So all markers whose labels were exchanged, or nearly so, are compared once more with the low-rank model of
-//! the take, which knows them only from other frames. Positions that are far off are dropped, whoever put them
-//! there.
+//! So all markers whose labels were exchanged, or nearly so, are compared once more with the low-rank model
+//! of the take, which knows them only from other frames. Positions that are far off are dropped, whoever put
+//! them there.
 use crate::events::runs;
 use crate::expected::{Expected, Suspects};
 use crate::tracks::{Tracks, seen};
@@ -36,8 +36,8 @@ struct Off {
     distance: f64,
 }
 
-/// Drops what is far off in and around these stretches. `extent` is the face's, `noise` the standard deviation
-/// of a coordinate.
+/// Drops what is far off in and around these stretches. `extent` is the face's, `noise` the standard
+/// deviation of a coordinate.
 pub(crate) fn drop(tracks: &mut Tracks, stretches: &[Suspects], extent: f64, noise: f64) -> Vec<Doubt> {
     if stretches.is_empty() {
         return Vec::new();

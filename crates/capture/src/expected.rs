@@ -26,8 +26,8 @@ pub(crate) struct Expected {
 }
 
 impl Expected {
-    /// Learns from all that is not suspect. `noise` is the standard deviation of a coordinate. `None` if there
-    /// is nothing to learn from.
+    /// Learns from all that is not suspect. `noise` is the standard deviation of a coordinate. `None` if
+    /// there is nothing to learn from.
     pub(crate) fn learn(tracks: &Tracks, suspects: &[Suspects], noise: f64) -> Option<Self> {
         let mut columns = tracks.columns.clone();
         for suspects in suspects {

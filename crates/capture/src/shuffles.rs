@@ -1,9 +1,9 @@
 //! Shuffles: a few labels that change places again and again, or in a ring, or while one of them is hidden.
 //!
 //! Jumps onto each other's places say which labels and frames are suspect. There the low-rank model of the
-//! take tells where each marker is, from all markers that are not suspect. In each frame the suspect positions
-//! are given to the markers that they fit best. A marker for which that is not clear is dropped there, to be
-//! filled as a gap. Suspects that are where they should be stay as they are.
+//! take tells where each marker is, from all markers that are not suspect. In each frame the suspect
+//! positions are given to the markers that they fit best. A marker for which that is not clear is dropped
+//! there, to be filled as a gap. Suspects that are where they should be stay as they are.
 use crate::events::runs;
 use crate::expected::{Expected, Suspects};
 use crate::tracks::{Tracks, seen};
@@ -207,8 +207,8 @@ fn suspects(arrivals: &[Arrival], tracks: &Tracks, neutral: usize) -> Vec<Suspec
         let mut first = group.frames.first().copied().unwrap_or(0);
         let mut last = group.frames.last().copied().unwrap_or(0);
         if group.is_exchanged_out_of_sight() {
-            // The labels may stay exchanged until they are next seen to change places. At the neutral frame they
-            // are right.
+            // The labels may stay exchanged until they are next seen to change places. At the neutral frame
+            // they are right.
             let is_of_group = |a: &&Arrival| group.labels.contains(&a.label) && group.labels.contains(&a.at);
             let others = || arrivals.iter().filter(is_of_group).map(|arrival| arrival.frame);
             if neutral < first {

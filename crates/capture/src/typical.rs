@@ -14,8 +14,8 @@ const KEPT: usize = 4_000_000;
 /// frames of ten. Skin does not.
 const KEEPS: f64 = 0.0012;
 
-/// A marker of the head moves less than this part of the face's extent towards and from the stiff parts of the
-/// face.
+/// A marker of the head moves less than this part of the face's extent towards and from the stiff parts of
+/// the face.
 const CHANGES: f64 = 0.03;
 
 /// A frame is good enough if it shows this part of the markers that the fullest frame shows.
@@ -69,9 +69,9 @@ pub(crate) fn typical_frame(take: &Take) -> usize {
     best.map_or(0, |(_, i)| distances.frames[i])
 }
 
-/// Whether marker `m` moves with the face: a quarter of the face's markers nearly keep their distance from it.
-/// Those of the forehead do so from a cap, and not from the shoulders when the head turns. `extent` is the
-/// face's, in the take's unit.
+/// Whether marker `m` moves with the face: a quarter of the face's markers nearly keep their distance from
+/// it. Those of the forehead do so from a cap, and not from the shoulders when the head turns. `extent` is
+/// the face's, in the take's unit.
 pub(crate) fn moves_with(take: &Take, face: &[usize], m: usize, extent: f64) -> bool {
     let count = take.labels.len();
     let at = |f: usize, m: usize| DVec3::from_array(take.positions[f * count + m]);

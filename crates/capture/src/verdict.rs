@@ -17,8 +17,8 @@ const LARGEST: f64 = 0.005;
 /// A warning names at most so many markers.
 const NAMED: usize = 8;
 
-/// Markers on a patch that is narrower or lower than this, in metres, can slide along the skin: it fits nearly
-/// as well a centimetre or two away. So can fewer markers than these, wherever they are.
+/// Markers on a patch that is narrower or lower than this, in metres, can slide along the skin: it fits
+/// nearly as well a centimetre or two away. So can fewer markers than these, wherever they are.
 const PATCH: [f64; 2] = [0.085, 0.1];
 const FEW: usize = 24;
 

@@ -232,7 +232,7 @@ fn the_summary_counts_each_sample_once() {
             match () {
                 () if is(&[Kind::Lost, Kind::NeverSeen, Kind::Left]) => lost += 1,
                 () if is(&[Kind::Swap, Kind::Shuffled, Kind::Outlier, Kind::Slide, Kind::Dropped]) => {
-                    corrected += 1
+                    corrected += 1;
                 }
                 () if is(&[Kind::FilledBefore, Kind::Spline, Kind::Model, Kind::Held]) => filled += 1,
                 () => measured += 1,

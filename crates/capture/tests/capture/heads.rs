@@ -260,8 +260,8 @@ fn a_cap_that_slips_is_named() {
     let n = raw.tracks.labels.len();
     let head = head();
     // In the middle of the take the cap slips a centimetre down the forehead.
-    for f in 300..FRAMES {
-        let slip = in_file(head[f].0 * DVec3::new(0.0, -0.7, 0.7));
+    for (f, motion) in head.iter().enumerate().take(FRAMES).skip(300) {
+        let slip = in_file(motion.0 * DVec3::new(0.0, -0.7, 0.7));
         for (label, p) in raw.tracks.labels.iter().zip(&mut raw.tracks.positions[f * n..][..n]) {
             if label.starts_with("head") {
                 *p = (DVec3::from_array(*p) + slip).to_array();

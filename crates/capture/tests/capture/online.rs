@@ -49,9 +49,9 @@ fn a_turning_head_is_taken_out_as_from_the_whole_take() {
             let at = f * h + j;
             let off = 10.0 * position.distance(DVec3::from_array(whole.take.positions[at]));
             if repaired[at] {
-                guessed.push(off)
+                guessed.push(off);
             } else {
-                measured.push(off)
+                measured.push(off);
             }
             from_truth.push(10.0 * position.distance(truth[at]));
         }

@@ -145,8 +145,8 @@ fn rings_pairs_and_exchanges_out_of_sight() {
         check(&format!("one hidden for {hidden}"), raw, &pair, 1480..1700);
     }
 
-    // Until the end of the take. The model learns the last seconds as they are, so that these are not put right.
-    // They are filled and not trusted.
+    // Until the end of the take. The model learns the last seconds as they are, so that these are not put
+    // right. They are filled and not trusted.
     let mut raw = whole.clone();
     shuffle(&mut raw, &ring, 2100..2220, 7);
     (2220..2400).for_each(|f| permute(&mut raw, f, &ring, &[2, 0, 1]));

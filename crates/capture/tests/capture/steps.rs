@@ -35,7 +35,8 @@ fn rest() -> Vec<DVec3> {
     (0..HANDLES).map(at).collect()
 }
 
-/// Handle `j` in frame `f` on the rig: at rest in the first second. The forehead hardly moves, as on any face.
+/// Handle `j` in frame `f` on the rig: at rest in the first second. The forehead hardly moves, as on any
+/// face.
 fn truth(rest: &[DVec3], j: usize, f: usize) -> DVec3 {
     let t = (f as f64 / RATE - 1.0).max(0.0);
     let r = rest[j];

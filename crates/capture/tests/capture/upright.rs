@@ -112,13 +112,12 @@ fn half_a_face_lies_the_right_way_up() {
         let whole = places(&head, &whole, &BTreeMap::new());
         let height = median(&mut whole.values().map(|x| x.y).collect::<Vec<_>>());
         let middle = median(&mut whole.values().map(|x| x.x).collect::<Vec<_>>());
-        let halves: [(&str, &dyn Fn(&DVec3) -> bool); 4] = [
-            ("left", &|x| x.x > middle),
-            ("lower", &|x| x.y < height),
-            ("upper", &|x| x.y > height),
-            ("left and below", &|x| x.x > middle || x.y < height - 20.0),
-        ];
-        for (half, is_in) in halves {
+        type IsIn<'a> = &'a dyn Fn(&DVec3) -> bool;
+        let left: IsIn<'_> = &|x| x.x > middle;
+        let lower: IsIn<'_> = &|x| x.y < height;
+        let upper: IsIn<'_> = &|x| x.y > height;
+        let both: IsIn<'_> = &|x| x.x > middle || x.y < height - 20.0;
+        for (half, is_in) in [("left", left), ("lower", lower), ("upper", upper), ("left and below", both)] {
             let (some, names) = anonymous(&raw, &|label| whole.get(label).is_some_and(is_in));
             let found = placed(&head, &some);
             let off = apart(&places(&head, &found, &names), &whole);

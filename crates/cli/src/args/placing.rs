@@ -66,8 +66,8 @@ pub(crate) struct Handles {
     #[command(flatten)]
     pub placement: Placement,
 
-    /// The part of the mesh that is the head: an object, a group or a material [default: the one that examples
-    /// move, or that has the name or the shape of a head].
+    /// The part of the mesh that is the head: an object, a group or a material [default: the one that
+    /// examples move, or that has the name or the shape of a head].
     #[arg(long, value_name = "NAME")]
     pub part: Option<String>,
 
@@ -159,10 +159,10 @@ pub(crate) struct TakeReading {
 
     /// For curves: the shapes that they weigh [default: the rig's examples]. For `animate` also N.
     ///
-    /// SHAPES is a glTF or USD file with blend shapes, a folder of meshes, a pattern of their names, a project
-    /// file, or another rig. --shapes N of `animate` writes the take as N shapes with curves, in USD or glTF.
-    /// This is for game engines and for shape keys. The error is not limited. It is printed and written to
-    /// the file. Both can be given.
+    /// SHAPES is a glTF or USD file with blend shapes, a folder of meshes, a pattern of their names, a
+    /// project file, or another rig. --shapes N of `animate` writes the take as N shapes with curves, in USD
+    /// or glTF. This is for game engines and for shape keys. The error is not limited. It is printed and
+    /// written to the file. Both can be given.
     #[arg(long, value_name = "SHAPES|N", value_parser = parse_shapes, help_heading = INPUT)]
     pub shapes: Vec<ShapesChoice>,
 

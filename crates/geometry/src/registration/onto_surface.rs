@@ -9,8 +9,8 @@ use rayon::prelude::*;
 const TURNS: usize = 18;
 const TILTS: [f64; 3] = [-25.0, 0.0, 25.0];
 
-/// The points may lie on a part of the surface alone. So the search starts with their middle at the surface's,
-/// and this part of the extent to the left and right, above and below.
+/// The points may lie on a part of the surface alone. So the search starts with their middle at the
+/// surface's, and this part of the extent to the left and right, above and below.
 const SHIFT: f64 = 0.2;
 const SHIFTS: [DVec3; 5] = [DVec3::ZERO, DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y];
 
@@ -40,8 +40,8 @@ const BULGES: f64 = 0.5;
 /// The weight of a point whose place is known; a point that looks for its place has the weight 1.
 const KNOWN: f64 = 20.0;
 
-/// The pull towards the middle of the allowed scales in each fit, beside the points' own weight of 1. Points on
-/// a part of the surface say little about their scale, and would slide along it without the pull.
+/// The pull towards the middle of the allowed scales in each fit, beside the points' own weight of 1. Points
+/// on a part of the surface say little about their scale, and would slide along it without the pull.
 const USUAL_SIZE: f64 = 0.02;
 
 /// Actors' proportions differ. Each axis is stretched by up to this, and by less if few points ask for it.

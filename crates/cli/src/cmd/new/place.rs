@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 const HANDLES: usize = 90;
 
 /// Places the handles at the markers of a take: the one that was given, else the first beside the neutral
-/// whose markers fit the face. A warning names the files that are passed over. If the markers of none fit, the
-/// handles are those of the first one, with what is wrong with them. Without a take, handles are spread over
-/// the face.
+/// whose markers fit the face. A warning names the files that are passed over. If the markers of none fit,
+/// the handles are those of the first one, with what is wrong with them. Without a take, handles are spread
+/// over the face.
 ///
 /// # Errors
 /// As reading and placing; [`Error::Input`] if options are about a take and there is none.

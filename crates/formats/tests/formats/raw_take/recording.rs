@@ -29,8 +29,8 @@ fn a_c3d_file_has_a_time_code_and_events() {
     assert_eq!(timecode.to_string(), "01:02:03;04.2");
     assert_eq!(timecode.rate, Some(30000.0 / 1001.0));
     assert_eq!(take.recording.first_frame, Some(241));
-    // By hand: 30 · 3723 + 4 numbers, of which 2 · 56 are dropped, at 30 / 1.001 a second, and 2 frames of 120 a
-    // second. The file's own times begin at 2 s.
+    // By hand: 30 · 3723 + 4 numbers, of which 2 · 56 are dropped, at 30 / 1.001 a second, and 2 frames of
+    // 120 a second. The file's own times begin at 2 s.
     let start = 111_582.0 * 1.001 / 30.0 + 2.0 / 120.0;
     assert!((take.tracks.times[0] - start).abs() < 1e-9, "{}", take.tracks.times[0]);
     let expected = [("Left Foot Strike", start + 2.5), ("Clap", start + 60.25)];
