@@ -4,15 +4,17 @@ use crate::label_words::says_head;
 use crate::labels::is_unlabelled;
 use crate::orientation::{Choice, Known, choose};
 use crate::posture::Posture;
+use crate::settings::Settings;
 use crate::subjects::{is_called, parted};
-use crate::tracks::{extent, seen};
+use crate::tracks::{Tracks, extent, mean, seen, typical_extent};
 use crate::typical::{moves_with, rigid_set, typical_frame};
 use crate::verdict;
+use crate::{by_motion, head, head_markers};
 use glam::DVec3;
 use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
-use rhytid_geometry::registration::OntoSurface;
-use rhytid_solve::Skin;
+use rhytid_geometry::registration::{OntoSurface, Similarity};
 use rhytid_solve::head::Region;
+use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
 
 /// A marker on a head band keeps its distance from others and is at least this far off the skin, in metres.
@@ -29,6 +31,9 @@ const RARE: f64 = 0.05;
 
 /// A marker of a cap is nearer than this to the middle of the face, in metres.
 const HEAD: f64 = 0.35;
+
+/// Frames in which the motion of markers is compared with the examples.
+const COMPARED: usize = 240;
 
 /// With fewer markers nothing can be laid.
 const FEWEST: usize = 4;
@@ -121,7 +126,14 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
         on_skin.retain(|m| !far.contains(m));
         laid = placing.lay(&on_skin, &posture)?;
     }
-    let placed = skin.points(&laid.fit, &placing.known_of(&on_skin))?;
+    let mut placed = skin.points(&laid.fit, &placing.known_of(&on_skin))?;
+    let moved = placing.move_by_motion(&on_skin, &rigid, &laid.fit.motion, &placed);
+    if !moved.is_empty() {
+        placed = skin.points(&laid.fit, &placing.known_of(&on_skin))?;
+        for &i in &moved {
+            placed[i].distance = skin.at(&placed[i].point).distance(laid.fit.points[i]);
+        }
+    }
     let labels = &raw.tracks.labels;
     let handles = Handles {
         labels: on_skin.iter().map(|&m| labels[m].clone()).collect(),
@@ -129,6 +141,7 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     };
     faults.extend(verdict::faults(face, &placed, &laid));
     let mut warnings = verdict::warnings(face, &handles, &placed, &laid);
+    warnings.extend(verdict::moved(&handles, &moved));
     if settings.known.len() >= CERTAIN {
         faults.append(&mut warnings);
         warnings = std::mem::take(&mut faults);
@@ -178,6 +191,7 @@ struct Placing<'a> {
     /// Metres in one unit of the take, if known.
     metres: Option<f64>,
     in_head_space: bool,
+    is_video: bool,
     /// The columns of the markers.
     columns: Vec<usize>,
     /// The point of each column, if known.
@@ -196,6 +210,7 @@ impl<'a> Placing<'a> {
             skin,
             metres: metres.or(raw.in_head_space.then_some(face.metres_per_unit)),
             in_head_space: raw.in_head_space,
+            is_video: raw.is_video,
             columns: (0..take.labels.len()).collect(),
             known: vec![None; take.labels.len()],
             frame: settings.frame.unwrap_or(0),
@@ -356,6 +371,67 @@ impl<'a> Placing<'a> {
             rigid = now;
         }
         Ok(Cap { rigid, laid: None })
+    }
+
+    /// Gives markers that move otherwise than the examples do at their place a point at which they do. Returns
+    /// which of the `on_skin` ones these are.
+    fn move_by_motion(
+        &mut self,
+        on_skin: &[usize],
+        rigid: &BTreeSet<usize>,
+        onto_skin: &Similarity,
+        placed: &[Placed],
+    ) -> Vec<usize> {
+        let Some(motions) = self.motions(on_skin, rigid, onto_skin) else { return Vec::new() };
+        let points: Vec<SurfacePoint> = placed.iter().map(|placed| placed.point).collect();
+        let found = by_motion::moved(self.skin, &points, &motions, self.face.metres_per_unit);
+        let mut moved = Vec::new();
+        for (i, (point, &m)) in found.into_iter().zip(on_skin).enumerate() {
+            if point.is_some() && self.known[m].is_none() {
+                self.known[m] = point;
+                moved.push(i);
+            }
+        }
+        moved
+    }
+
+    /// The displacements of the `on_skin` markers from their mean places in some frames, in mesh units. `None` if
+    /// the head's motion is not found.
+    fn motions(
+        &self,
+        on_skin: &[usize],
+        rigid: &BTreeSet<usize>,
+        onto_skin: &Similarity,
+    ) -> Option<Vec<Vec<DVec3>>> {
+        let columns: Vec<usize> = on_skin.iter().chain(rigid).copied().collect();
+        let step = self.take.frames().div_ceil(COMPARED).max(1);
+        // The frame that was laid comes last.
+        let frames: Vec<usize> = (0..self.take.frames()).step_by(step).chain([self.frame]).collect();
+        let at = |f: usize, m: usize| DVec3::from_array(self.take.positions[f * self.take.labels.len() + m]);
+        let of_column = |m: &usize| frames.iter().map(|&f| at(f, *m)).collect();
+        let mut tracks = Tracks { columns: columns.iter().map(of_column).collect(), rate: self.take.rate() };
+        let mut onto_skin = *onto_skin;
+        if !self.in_head_space {
+            let face: Vec<usize> = (0..on_skin.len()).collect();
+            let cap: Vec<usize> = (on_skin.len()..columns.len()).collect();
+            let size = typical_extent(&tracks, &face);
+            let labels: Vec<String> = columns.iter().map(|&m| self.take.labels[m].clone()).collect();
+            let settings = Settings::default();
+            let found = head_markers::find(&tracks, &face, &cap, &labels, &settings, size).ok()?;
+            let head = head::stabilise(&tracks, &found.fitted, &found.stiff, &face, size, self.is_video)?;
+            onto_skin = onto_skin.after(head.motions.last()?);
+            for column in &mut tracks.columns {
+                for (point, motion) in column.iter_mut().zip(&head.motions) {
+                    *point = motion.inverse().apply(*point);
+                }
+            }
+        }
+        let all = 0..frames.len();
+        let centred = |column: &Vec<DVec3>| -> Vec<DVec3> {
+            let mean = mean(column, &all).unwrap_or(DVec3::NAN);
+            column.iter().map(|p| onto_skin.scale * (onto_skin.rotation * (*p - mean))).collect()
+        };
+        Some(tracks.columns.iter().take(on_skin.len()).map(centred).collect())
     }
 
     /// Lays some markers over the skin in every orientation that fits.

@@ -21,6 +21,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod by_motion;
 mod by_position;
 mod clean;
 pub mod coverage;

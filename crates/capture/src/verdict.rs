@@ -45,6 +45,18 @@ pub(crate) fn may_slide(face: &Face, axes: DMat3, laid: &Laid) -> Option<String>
     ))
 }
 
+/// A warning about the handles that went where the examples move as their markers do.
+pub(crate) fn moved(handles: &Handles, moved: &[usize]) -> Option<String> {
+    let names: Vec<String> = moved.iter().map(|&i| handles.labels[i].clone()).collect();
+    (!names.is_empty()).then(|| {
+        format!(
+            "markers that move as no example moves the mesh where they lie, so that their handles are a little \
+             farther, where the examples do: {}; look at the picture",
+            shortened(names)
+        )
+    })
+}
+
 /// The first of some words, and how many more there are.
 fn shortened(mut words: Vec<String>) -> String {
     let more = words.len().saturating_sub(NAMED);

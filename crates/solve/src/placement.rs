@@ -5,7 +5,7 @@ use crate::head::{self, Region};
 use crate::mirror::mirror_images_within;
 use crate::welded::{Welded, named_by_first};
 use glam::{DMat3, DVec2, DVec3};
-use rhytid_core::{Error, Face, Remedy, Result, SurfacePoint, VertexId};
+use rhytid_core::{Error, Example, Face, Remedy, Result, SurfacePoint, VertexId};
 use rhytid_geometry::laplacian;
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::registration::OntoSurface;
@@ -67,6 +67,8 @@ pub struct Skin {
     metres_per_unit: f64,
     /// Whether handles can be at vertices alone.
     at_vertices: bool,
+    /// How far each example moves each vertex.
+    displacements: Vec<Vec<DVec3>>,
 }
 
 /// A marker on the mesh.
@@ -147,9 +149,13 @@ impl Skin {
             sizes[component[v] as usize] += area[v];
         }
         let largest = (0..count).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])).unwrap_or(0);
+        let moved_by = |example: &Example| -> Vec<DVec3> {
+            example.positions.iter().zip(&rest).map(|(x, rest)| DVec3::from_array(*x) - *rest).collect()
+        };
+        let displacements: Vec<Vec<DVec3>> = face.examples.iter().map(moved_by).collect();
         let moved = |v: usize| {
-            let of_example = face.examples.iter().filter_map(|example| example.positions.get(v));
-            of_example.map(|x| DVec3::from_array(*x).distance(rest[v])).fold(0.0, f64::max)
+            let of_example = displacements.iter().filter_map(|example| example.get(v));
+            of_example.map(|x| x.length()).fold(0.0, f64::max)
         };
         let moved: Vec<f64> = (0..rest.len()).map(moved).collect();
         let farthest = (0..rest.len()).filter(|&v| open[v]).map(|v| moved[v]).fold(0.0, f64::max);
@@ -210,6 +216,7 @@ impl Skin {
             at_vertices: face.settings.rotations,
             rest,
             triangles,
+            displacements,
         })
     }
 
@@ -364,6 +371,17 @@ impl Skin {
     /// The distance of a point from the skin, in mesh units.
     pub fn distance(&self, point: DVec3) -> f64 {
         self.surface.closest(point).map_or(f64::INFINITY, |closest| closest.point.distance(point))
+    }
+
+    /// For each example, how far it moves each of the V vertices, in mesh units.
+    pub fn displacements(&self) -> &[Vec<DVec3>] {
+        &self.displacements
+    }
+
+    /// The vertices for handles that are at most `reach` from a place, in mesh units.
+    pub fn vertices_within(&self, place: DVec3, reach: f64) -> Vec<VertexId> {
+        let is_near = |v: &usize| self.open[*v] && self.rest[*v].distance(place) <= reach;
+        (0..self.rest.len()).filter(is_near).map(VertexId::from_index).collect()
     }
 
     /// The vertices that some example moves.

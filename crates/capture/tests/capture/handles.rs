@@ -160,6 +160,16 @@ fn markers_of_another_actor_come_to_lie_where_they_belong() {
         ("mp18", [-0.483, 7.452, 1.326]),
         ("mp25", [0.483, 7.452, 1.326]),
     ];
+    // Markers of the outer lids lie nearest to this head's corners of the eyes, which do not blink.
+    let blink = head.examples.iter().find(|example| example.name == "blink").unwrap();
+    for label in ["fps35", "fps36"] {
+        let i = found.handles.labels.iter().position(|known| known == label).unwrap();
+        let moved = found.handles.points[i].at(&blink.positions)[1]
+            - found.handles.points[i].at(&head.neutral.positions)[1];
+        assert!(100.0 * moved < -2.0, "{label} goes {} mm with a blink", 100.0 * moved);
+    }
+    let said = found.warnings.iter().find(|warning| warning.contains("as no example moves")).unwrap();
+    assert!(said.contains("fps35, fps36"), "{said}");
     let places = places(&head, &found.handles);
     for (label, x) in landmarks {
         let off = places[label].distance(100.0 * DVec3::from_array(x));
