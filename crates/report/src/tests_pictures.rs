@@ -246,7 +246,7 @@ fn a_plan_shows_each_frame_with_its_markers() {
 
 #[test]
 fn handles_are_dots_on_the_neutral() {
-    const SIZE: [u32; 2] = [520, 640];
+    const SIZE: [u32; 2] = [860, 1060];
     let face = rhytid_demo::face(2_000);
     let rest: Vec<[f32; 3]> = face.neutral.positions.iter().map(|p| p.map(|x| x as f32)).collect();
     let at: Vec<[f32; 3]> = face.handles.points.iter().map(|point| point.at(&rest)).collect();

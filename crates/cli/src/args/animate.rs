@@ -42,7 +42,7 @@ pub(crate) struct Animate {
     ///
     /// The place comes from the time code or the first frame that a capture file states. It is 0 for a file
     /// that states none.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1_000_000_000), help_heading = OUTPUT)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=1_000_000_000), hide_short_help = true, help_heading = OUTPUT)]
     pub start_frame: Option<u64>,
 
     /// What becomes of the head's motion.
@@ -55,7 +55,7 @@ pub(crate) struct Animate {
     /// Examples that form one channel of --wrinkles, as NAME.
     ///
     /// It can be given many times. By default each example has a channel of its own.
-    #[arg(long, value_name = "NAME=A+B", requires = "wrinkles", help_heading = OUTPUT)]
+    #[arg(long, value_name = "NAME=A+B", requires = "wrinkles", hide_short_help = true, help_heading = OUTPUT)]
     pub wrinkle_group: Vec<WrinkleGroup>,
 
     /// Also write a picture of the wrinkles, N × N pixels a channel.

@@ -285,7 +285,7 @@ mod tests {
         let words = line.split(' ').map(str::to_owned).collect();
         assert_eq!(
             prepare(words, Path::new("face.safetensors"), Path::new("a.csv")),
-            "rhytid prepare a.csv --rig face.safetensors --world --unit mm --axes=+x+z-y --rigid a,b,c -o a.clean.csv"
+            "rhytid prepare a.csv --rig face.safetensors --world --unit mm \"--axes=+x+z-y\" --rigid \"a,b,c\" -o a.clean.csv"
         );
     }
 

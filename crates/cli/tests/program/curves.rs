@@ -5,9 +5,9 @@ use rhytid::formats::animation;
 
 /// Three frames as Live Link Face writes them: the weights 0, 0.5 and 1 of the fixture's shape.
 const CURVES: &str = "Timecode,BlendshapeCount,Pinch,TongueOut,HeadYaw\n\
-                      10:00:00:29.000,61,0,0,0.1\n\
-                      10:00:01:00.000,61,0.5,0.25,0.2\n\
-                      10:00:02:01.000,61,1,0,0.1\n";
+                      10:00:01:00.000,61,0,0,0.1\n\
+                      10:00:02:00.000,61,0.5,0.25,0.2\n\
+                      10:00:03:00.000,61,1,0,0.1\n";
 
 /// A sheet with its rig, `face.safetensors`, and curves for it.
 fn solved(project: impl Fn(&str) -> String) -> Fixture {

@@ -215,8 +215,9 @@ fn positions_in_world_space_are_recorded_and_cleaned_as_a_file_is() {
     // The same from the file.
     f.done(&format!("prepare raw.csv --rig face.safetensors {options} -o clean.csv"));
     f.done("verify live.usd --rig face.safetensors --take clean.csv --device cpu:0");
+    f.write("setup.toml", "unit = \"mm\"\n");
     f.refused(
-        "animate face.safetensors --listen 127.0.0.1:0 --frames 2 --setup raw.csv -o out/face.usd",
+        "animate face.safetensors --listen 127.0.0.1:0 --frames 2 --setup setup.toml -o out/face.usd",
         &["--setup with --listen is for --world"],
     );
 }

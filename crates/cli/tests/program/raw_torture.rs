@@ -127,7 +127,7 @@ fn a_subject_is_chosen_by_its_name() {
 fn a_torn_face_is_an_error_unless_it_is_forced() {
     let raw = Raw::new();
     let torn = |j: usize, f: usize| j == CHIN && (30..150).contains(&f);
-    raw.write(&|j, f, p| Some(if torn(j, f) { [9999.0; 3] } else { p }));
+    raw.write(&|j, f, p| Some(if torn(j, f) { [p[0] + 9000.0, p[1], p[2]] } else { p }));
     let options = format!("{NEUTRAL} --skip slides,outliers");
     let output = raw.prepare(&options);
     let said = stderr(&output);
