@@ -1,8 +1,9 @@
 //! Handles where the examples move as their markers do.
 //!
-//! On another face, the point nearest to a marker may be beside the part that the marker is glued to. A marker
-//! of an upper lid can come to lie at the corner of the eye, which no example moves. Then the eye would never
-//! close. So a marker whose motion no example shows at its place goes to a near place at which they do.
+//! On another face, the point nearest to a marker may be beside the part that the marker is glued to. A
+//! marker of an upper lid can come to lie at the corner of the eye, which no example moves. Then the eye
+//! would never close. So a marker whose motion no example shows at its place goes to a near place at which
+//! they do.
 use crate::tracks::seen;
 use faer::{
     Mat, Side,
@@ -28,8 +29,8 @@ const REACH: f64 = 8e-3;
 /// The part of a motion's squares that a place at the end of the reach must show more than one here.
 const NEARER: f64 = 0.1;
 
-/// The ridge of an example's weight, as a part of its squares at the markers. An example that moves few of them
-/// counts like one that moves all.
+/// The ridge of an example's weight, as a part of its squares at the markers. An example that moves few of
+/// them counts like one that moves all.
 const RIDGE: f64 = 0.01;
 
 /// The weights of the examples are found again after markers have moved.
@@ -37,8 +38,8 @@ const ROUNDS: usize = 3;
 
 /// The new point of each marker at `points` that moves otherwise than the examples do there.
 ///
-/// `motions` has the displacements of each marker in each frame from its mean place, without the head's motion
-/// and in mesh units; NaN where it was not seen.
+/// `motions` has the displacements of each marker in each frame from its mean place, without the head's
+/// motion and in mesh units; NaN where it was not seen.
 pub(crate) fn moved(
     skin: &Skin,
     points: &[SurfacePoint],

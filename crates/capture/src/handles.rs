@@ -373,8 +373,8 @@ impl<'a> Placing<'a> {
         Ok(Cap { rigid, laid: None })
     }
 
-    /// Gives markers that move otherwise than the examples do at their place a point at which they do. Returns
-    /// which of the `on_skin` ones these are.
+    /// Gives markers that move otherwise than the examples do at their place a point at which they do.
+    /// Returns which of the `on_skin` ones these are.
     fn move_by_motion(
         &mut self,
         on_skin: &[usize],
@@ -395,8 +395,8 @@ impl<'a> Placing<'a> {
         moved
     }
 
-    /// The displacements of the `on_skin` markers from their mean places in some frames, in mesh units. `None` if
-    /// the head's motion is not found.
+    /// The displacements of the `on_skin` markers from their mean places in some frames, in mesh units.
+    /// `None` if the head's motion is not found.
     fn motions(
         &self,
         on_skin: &[usize],
