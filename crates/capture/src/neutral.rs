@@ -266,7 +266,7 @@ mod tests {
         let speech = |f: usize| 0.4 + 0.3 * (f as f64 * 0.2).sin();
         // The held pose in the middle is nearer to rest than the neutral face, as it is if the handles were
         // placed with a frame of it.
-        let middle = |f: usize| if (180..260).contains(&f) { -0.02 } else { speech(f) };
+        let middle = |f: usize| if (180..260).contains(&f) { 0.02 } else { speech(f) };
         let start = found(false, |f| if f < 60 { 0.0 } else { middle(f) });
         assert!(start.frames.start <= 10 && !start.is_doubtful, "{start:?}");
         let end = found(false, |f| if f >= 340 { 0.0 } else { middle(f) });
