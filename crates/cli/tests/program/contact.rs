@@ -39,8 +39,12 @@ fn a_capture_on_another_head_does_not_press_lids_into_eyes() {
     std::fs::create_dir(folder.join("poses")).unwrap();
     let head = shared.join("makehuman");
     std::fs::copy(head.join("neutral.obj"), folder.join("neutral.obj")).unwrap();
-    let poses: Vec<_> =
-        std::fs::read_dir(head.join("poses")).unwrap().map(|pose| pose.unwrap().file_name()).collect();
+    // The examples show no closed eyes, so that only contact keeps the lids out of them.
+    let poses: Vec<_> = std::fs::read_dir(head.join("poses"))
+        .unwrap()
+        .map(|pose| pose.unwrap().file_name())
+        .filter(|pose| pose != "blink.obj")
+        .collect();
     for pose in &poses {
         std::fs::copy(head.join("poses").join(pose), folder.join("poses").join(pose)).unwrap();
     }
