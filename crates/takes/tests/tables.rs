@@ -97,6 +97,76 @@ fn faults_of_tables_are_named() {
 }
 
 #[test]
+fn cells_beyond_the_header_are_refused_and_a_cut_row_is_left_out() {
+    // Decimal commas between commas would move each cell behind them.
+    for (table, name) in [
+        (&b"frame,time,a.x,a.y,a.z\n1,0,1,5,2,0,3,0\n"[..], "wide.csv"),
+        (b"frame,time,marker,x,y,z\n1,0,a,1,5,2,3\n", "long.csv"),
+    ] {
+        let sentence = refused(table, name);
+        assert!(sentence.contains("line 2: the row has"), "{sentence}");
+        assert!(sentence.contains("separate the cells by semicolons or tabs"), "{sentence}");
+    }
+    for (table, name) in [
+        (&b"frame,time,a.x,a.y,a.z\n1,0,1,2,3,,\n2,0.04,1,2"[..], "wide.csv"),
+        (b"frame,time,marker,x,y,z\n1,0,a,1,2,3\n2,0.04,a,1,2", "long.csv"),
+    ] {
+        let take = read(table, name);
+        assert_eq!((take.tracks.frames(), take.tracks.positions[0]), (1, [1.0, 2.0, 3.0]));
+        assert!(warns(&take, "cut short in its last row"), "{:?}", take.warnings);
+    }
+    let mut cut = openface();
+    cut.truncate(cut.len() - 20);
+    assert!(warns(&read(cut.as_bytes(), "openface.csv"), "cut short in its last row"));
+}
+
+#[test]
+fn each_word_for_not_seen_is_a_gap_in_tables_too() {
+    for word in ["", "NaN", "-nan(ind)", "1.#QNAN", "null", "inf", "1.7976931348623157e308"] {
+        let table = format!("frame,time,a.x,a.y,a.z\n1,0,1,2,3\n2,0.04,{word},2,3\n");
+        let take = read(table.as_bytes(), "wide.csv");
+        assert!(take.tracks.positions[1].iter().all(|x| x.is_nan()), "{word}: {:?}", take.tracks.positions);
+    }
+    assert!(refused(b"frame,time,a.x,a.y,a.z\n1,0,Nancy,2,3\n", "wide.csv").contains("\"Nancy\""));
+}
+
+#[test]
+fn a_marker_at_the_origin_is_asked_about_in_tables_too() {
+    let table = |a: &dyn Fn(usize) -> f64| {
+        let rows: String =
+            (0..40).map(|i| format!("{i},{:.2},{},0,0,50,{i},7\n", i as f64 / 25.0, a(i))).collect();
+        read(format!("frame,time,a.x,a.y,a.z,b.x,b.y,b.z\n{rows}").as_bytes(), "wide.csv")
+    };
+    let gaps = |take: &RawTake| take.tracks.positions.iter().filter(|p| p[0].is_nan()).count();
+    let rests = table(&|i| 20_usize.saturating_sub(i) as f64);
+    assert_eq!(gaps(&rests), 0);
+    assert!(warns(&rests, "come to rest at exactly 0, 0, 0"), "{:?}", rests.warnings);
+    let never = table(&|_| 0.0);
+    assert_eq!(gaps(&never), 40);
+    assert!(warns(&never, "are at 0, 0, 0 in every frame and count as never seen: \"a\""));
+    let jumps = table(&|i| if i == 9 { 0.0 } else { 80.0 });
+    assert_eq!(gaps(&jumps), 1);
+}
+
+#[test]
+fn times_in_small_units_and_rotations_are_told_apart() {
+    let rows: String =
+        (0..20).map(|i| format!("{},1,2,3,90,0,{i}\n", 1_700_000_000_000_000_u64 + 40_000 * i)).collect();
+    let header = |time: &str| format!("{time},a_pos_x,a_pos_y,a_pos_z,a_rot_x,a_rot_y,a_rot_z\n{rows}");
+    for time in ["timestamp_us", "Time (µs)", "timestamp"] {
+        let take = read(header(time).as_bytes(), "wide.csv");
+        assert_eq!(take.tracks.labels, ["a"]);
+        assert!((take.tracks.times[19] - 0.76).abs() < 1e-6, "{:?}", take.tracks.times);
+        assert_eq!(warns(&take, "look like microseconds"), time == "timestamp", "{:?}", take.warnings);
+        assert!(
+            warns(&take, "3 columns are no positions and are left out: \"a_rot_x\""),
+            "{:?}",
+            take.warnings
+        );
+    }
+}
+
+#[test]
 fn a_hostile_table_takes_no_room() {
     // Each row has a frame and a marker of its own.
     let mut long = "frame,time,marker,x,y,z\n".to_owned();
@@ -215,6 +285,24 @@ fn mediapipe_is_read_with_equal_axes() {
     for (a, b) in unsaid.tracks.positions.iter().flatten().zip(said.tracks.positions.iter().flatten()) {
         assert!((a - ratio * b).abs() < 1e-9, "{a} {b} {ratio}");
     }
+}
+
+#[test]
+fn the_face_is_found_among_the_landmarks_of_a_body() {
+    let alone = mediapipe("", "");
+    let body = ",pose_0_x,pose_0_y,pose_0_z,pose_1_x,pose_1_y,pose_1_z";
+    let rows: Vec<String> = alone
+        .lines()
+        .enumerate()
+        .map(|(i, row)| format!("{row}{}\n", if i == 0 { body } else { ",0.5,0.9,0,0.6,0.9,0" }))
+        .collect();
+    let (alone, take) = (read(alone.as_bytes(), "mesh.csv"), read(rows.concat().as_bytes(), "mesh.csv"));
+    assert!(
+        take.is_video && warns(&take, "2 markers are none of the face mesh of 478"),
+        "{:?}",
+        take.warnings
+    );
+    assert_eq!(take.tracks, alone.tracks);
 }
 
 #[test]

@@ -89,9 +89,12 @@ fn vicon(none: &str) -> String {
 }
 
 /// The spellings in text, and whether a warning should name the number.
-const IN_TEXT: [(&str, bool); 12] = [
+const IN_TEXT: [(&str, bool); 15] = [
     ("", false),
     ("NaN", false),
+    ("-nan(ind)", false),
+    ("1.#QNAN", false),
+    ("null", false),
     ("0", false),
     ("0.000", false),
     ("-0.0", false),
