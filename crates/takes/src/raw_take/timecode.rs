@@ -11,9 +11,14 @@ pub(super) fn parse(text: &str) -> Option<Timecode> {
         [hours, minutes, seconds, frames, subframes] => (hours, minutes, seconds, frames, subframes),
         _ => return None,
     };
-    let is_sound = hours < 100 && minutes < 60 && seconds < 60 && text.contains(':');
     let drop_frame = text.contains(';');
-    is_sound.then_some(Timecode { hours, minutes, seconds, frames, subframes, rate: None, drop_frame })
+    let timecode = Timecode { hours, minutes, seconds, frames, subframes, rate: None, drop_frame };
+    (text.contains(':') && is_sound(&timecode)).then_some(timecode)
+}
+
+/// Whether hours, minutes and seconds are in their ranges.
+pub(super) fn is_sound(timecode: &Timecode) -> bool {
+    timecode.hours < 100 && timecode.minutes < 60 && timecode.seconds < 60
 }
 
 /// Frames per second in the name of a standard, such as “NTSC drop”, “PAL”, “Film” or “30 fps”.

@@ -39,6 +39,11 @@ fn a_c3d_file_has_a_time_code_and_events() {
     }
     assert_eq!((events(&take).len(), take.tracks.rate()), (2, 120.0));
 
+    // 75 minutes are no time code.
+    written.set("TIMECODE", "MINUTES", Value::Words(vec![75]));
+    let take = read(&written.bytes(), "a.c3d");
+    assert_eq!((take.recording.timecode, take.tracks.times[0]), (None, 2.0));
+
     let mut written = trial(2, 8);
     written.set("SMPTE", "TIMECODE", texts(&["23:59:58:24"]));
     written.set("SMPTE", "RATE", Value::Floats(vec![25.0]));
@@ -89,13 +94,16 @@ fn text_formats_have_a_start_or_events() {
     let take = read(motive.as_bytes(), "a.csv");
     assert_eq!(take.recording.started.as_deref(), Some("2024-01-01 10.00.00.000 AM"));
     assert_eq!(take.recording.first_frame, Some(77));
-    let trc = |orig: &str, number: usize| {
+    let trc = |orig: &str, number: usize, digits: &str| {
         format!(
             "PathFileType\t4\nDataRate\tUnits\tOrigDataStartFrame\n100\tmm\t{orig}\nFrame#\tTime\ta\t\t\n\
-             \t\tX1\tY1\tZ1\n{number}\t{}\t1\t2\t3\n",
+             \t\tX1\tY1\tZ1\n{number}{digits}\t{}\t1\t2\t3\n",
             (number - 1) as f64 / 100.0
         )
     };
-    assert_eq!(read(trc("241", 1).as_bytes(), "a.trc").recording.first_frame, Some(241));
-    assert_eq!(read(trc("1", 500).as_bytes(), "a.trc").recording.first_frame, Some(500));
+    for digits in ["", ".000"] {
+        let first = |orig, number| read(trc(orig, number, digits).as_bytes(), "a.trc").recording.first_frame;
+        assert_eq!(first("241", 1), Some(241));
+        assert_eq!(first("1", 500), Some(500));
+    }
 }

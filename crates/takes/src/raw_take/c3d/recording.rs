@@ -56,7 +56,7 @@ fn timecode_of(parameters: &Parameters<'_>, group: &str) -> Option<Timecode> {
         Timecode { hours, minutes, seconds, frames, subframes, rate: None, drop_frame: false }
     });
     let by_text = || timecode::parse(&text(&["TIMECODE", "START", "OFFSET", "VALUE", "TIME"])?);
-    let mut timecode = by_parts.or_else(by_text)?;
+    let mut timecode = by_parts.filter(timecode::is_sound).or_else(by_text)?;
     let rate = number(&["RATE", "FRAME_RATE", "FPS", "STANDARD"]).or_else(|| timecode::rate(&standard));
     timecode.rate = rate.filter(|&rate| super::clock::is_rate(rate));
     timecode.drop_frame |=
