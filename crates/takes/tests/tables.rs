@@ -61,6 +61,30 @@ fn a_row_for_each_frame_and_marker_in_any_order_and_spelling() {
 }
 
 #[test]
+fn confidence_and_time_codes_follow_their_rows() {
+    let long =
+        b"Frame,Timecode,Marker,X,Y,Z,Confidence\n12,10:00:01:01,a,3,2,3,0.25\n10,10:00:00:29,a,1,2,3,1\n\
+                 11,10:00:01:00,a,2,2,3,0\n";
+    let take = read(long, "long.csv");
+    for (time, frame) in take.tracks.times.iter().zip(0..3) {
+        assert!((time - f64::from(frame) / 30.0).abs() < 1e-9, "{:?}", take.tracks.times);
+    }
+    assert_eq!((take.tracks.positions[0], take.tracks.positions[2]), ([1.0, 2.0, 3.0], [3.0, 2.0, 3.0]));
+    assert!(take.tracks.positions[1][0].is_nan());
+    assert_eq!(take.tracks.confidence, Some(vec![1.0, 1.0, 0.25]));
+    let wide = |sure: [&str; 2]| {
+        let [a, b] = sure;
+        let table = format!("frame,t,a.x,a.y,a.z,a.visibility\n1,0,1,2,3,{a}\n2,0.04,1,2,4,{b}\n");
+        read(table.as_bytes(), "wide.csv").tracks
+    };
+    assert_eq!(wide(["1", "0.5"]).confidence, Some(vec![1.0, 0.5]));
+    assert!(wide(["1", "0"]).positions[1][0].is_nan());
+    // A visibility that is always 0 says nothing.
+    let unused = wide(["0", "0"]);
+    assert_eq!((unused.positions[1], unused.confidence), ([1.0, 2.0, 4.0], None));
+}
+
+#[test]
 fn a_row_for_each_frame_in_many_spellings() {
     for header in [
         "frame,time,a_x,a_y,a_z,b_x,b_y,b_z",
@@ -149,6 +173,22 @@ fn a_marker_at_the_origin_is_asked_about_in_tables_too() {
 }
 
 #[test]
+fn rounded_times_become_even_and_a_given_rate_counts_frames() {
+    // Frame 5 was left out, and the times have milliseconds.
+    let frames: Vec<u32> = (0..60).filter(|&i| i != 5).collect();
+    let rows: String =
+        frames.iter().map(|&i| format!("{},{:.3},{i},2,3\n", 100 + i, f64::from(i) / 120.0)).collect();
+    let table = format!("frame,timestamp,a.x,a.y,a.z\n{rows}");
+    let check = |take: &RawTake, rate: f64| {
+        for (time, &frame) in take.tracks.times.iter().zip(&frames) {
+            assert!((time - f64::from(frame) / rate).abs() < 1e-9, "{:?}", take.tracks.times);
+        }
+    };
+    check(&read(table.as_bytes(), "wide.csv"), 120.0);
+    check(&decode(table.as_bytes(), "wide.csv", Some(60.0)).unwrap(), 60.0);
+}
+
+#[test]
 fn times_in_small_units_and_rotations_are_told_apart() {
     let rows: String =
         (0..20).map(|i| format!("{},1,2,3,90,0,{i}\n", 1_700_000_000_000_000_u64 + 40_000 * i)).collect();
@@ -191,7 +231,7 @@ fn a_hostile_table_takes_no_room() {
     }
 }
 
-/// A table of OpenFace with two faces; the second is found once.
+/// A table of OpenFace with two faces. The second has more rows and is found only once.
 fn openface() -> String {
     let mut csv = "frame, face_id, timestamp, confidence, success, gaze_0_x, x_0".to_owned();
     for axis in ["X", "Y", "Z"] {
@@ -199,9 +239,15 @@ fn openface() -> String {
             write!(csv, ", {axis}_{i}").unwrap();
         }
     }
-    for (frame, face, confidence, success) in
-        [(1, 0, 0.98, 1), (1, 1, 0.9, 1), (2, 0, 0.6, 1), (3, 0, 0.1, 0)]
-    {
+    for (frame, face, confidence, success) in [
+        (1, 0, 0.98, 1),
+        (1, 1, 0.9, 1),
+        (2, 0, 0.6, 1),
+        (2, 1, 0.0, 0),
+        (3, 0, 0.1, 0),
+        (3, 1, 0.0, 0),
+        (4, 1, 0.0, 0),
+    ] {
         let time = f64::from(frame - 1) / 25.0;
         write!(csv, "\n{frame}, {face}, {time:.3}, {confidence}, {success}, 0.1, 300.5").unwrap();
         for axis in 0..3 {
@@ -281,6 +327,21 @@ fn mediapipe_is_read_with_equal_axes() {
     // The face's own proportions tell an image of 16 by 9.
     let unsaid = read(mediapipe("", "").as_bytes(), "mesh.csv");
     assert!(warns(&unsaid, "16 by 9 fits the face best"), "{:?}", unsaid.warnings);
+    let flat: Vec<String> = mediapipe(",width,height", ",1920,1080")
+        .lines()
+        .enumerate()
+        .map(|(row, line)| {
+            let cells = line.split(',').enumerate();
+            // The first four columns are the frame, the time and the image.
+            let is_z = |column: usize| row > 0 && column >= 4 && column % 3 == 0;
+            cells
+                .map(|(i, cell)| if is_z(i) { "0," } else { cell }.trim_end_matches(','))
+                .collect::<Vec<_>>()
+                .join(",")
+        })
+        .collect();
+    let flat = read((flat.join("\n") + "\n").as_bytes(), "mesh.csv");
+    assert!(warns(&flat, "the face is flat: its depth is 0.000 of its width"), "{:?}", flat.warnings);
     let ratio = unsaid.tracks.positions[33][0] / said.tracks.positions[33][0];
     for (a, b) in unsaid.tracks.positions.iter().flatten().zip(said.tracks.positions.iter().flatten()) {
         assert!((a - ratio * b).abs() < 1e-9, "{a} {b} {ratio}");

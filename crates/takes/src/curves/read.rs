@@ -243,6 +243,10 @@ mod tests {
         let lost = decode(b"time,jawOpen,tongueOut\n0,1,0\n0.1,nan,null\n0.2,0,1\n", "a.csv", None).unwrap();
         assert_eq!(lost.weights, [1.0, 0.0, 0.5, 0.5, 0.0, 1.0]);
         assert!(lost.warnings[0].contains("1 of 3 frames have no weights"), "{:?}", lost.warnings);
+        let late =
+            decode(b"time,jawOpen,tongueOut,smile\n0,,1,\n0.1,,,\n0.2,0.5,,\n0.3,1,,\n", "a.csv", None);
+        let late = late.unwrap().weights;
+        assert_eq!(late, [0.5, 1.0, 0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 0.0, 1.0, 1.0, 0.0]);
         let wide = format!("time{}\n", (0..5_000).map(|i| format!(",jawOpen{i}")).collect::<String>());
         let hostile = wide + &(0..20_000).map(|i| format!("{i}\n")).collect::<String>();
         let error = decode(hostile.as_bytes(), "a.csv", None).unwrap_err().to_string();

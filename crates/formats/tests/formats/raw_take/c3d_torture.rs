@@ -250,6 +250,29 @@ fn blocks_behind_the_last_frame_move_nothing_if_no_marker_is_seen_at_first() {
 }
 
 #[test]
+fn spare_blocks_of_the_parameters_are_no_points_if_the_file_is_cut() {
+    let mut written = trial(8, 100);
+    let sound = read(&written.bytes(), NAME);
+    let start = written.bytes().len() - (100 * 8 * 16_usize).next_multiple_of(512);
+    let block = (start / 512 + 1 + 5) as u16;
+    written.header.data_block = Some(block);
+    written.set("POINT", "DATA_START", Value::Words(vec![block]));
+    let mut bytes = written.bytes();
+    bytes.splice(start..start, [0; 5 * 512]);
+    assert_eq!(format!("{:?}", read(&bytes, NAME).tracks), format!("{:?}", sound.tracks));
+    bytes.truncate(bytes.len() - 2 * 512);
+    let take = read(&bytes, NAME);
+    assert_eq!(take.tracks.frames(), 92);
+    assert_eq!(
+        format!("{:?}", take.tracks.positions),
+        format!("{:?}", &sound.tracks.positions[..92 * 8]),
+        "{:?}",
+        take.warnings
+    );
+    assert!(warns(&take, "92 of its 100 frames are there"), "{:?}", take.warnings);
+}
+
+#[test]
 fn positions_that_all_count_as_not_seen_are_told() {
     let mut written = trial(3, 6);
     for (_, fourth) in written.frames.iter_mut().flatten() {
@@ -290,6 +313,10 @@ fn points_that_a_model_computed_are_left_out() {
         "{:?}",
         take.warnings
     );
+    // A list goes on in parameters with a number.
+    written.set("POINT", "ANGLES2", texts(&["cap"]));
+    assert_eq!(read(&written.bytes(), NAME).tracks.labels, ["jaw00", "lip"]);
+    written.remove("POINT", "ANGLES2");
     // A file of virtual points alone is a take; one of angles alone is none.
     let labels = ["jaw00", "LKneeAngles", "lip", "COM", "Work", "cap"];
     written.set("POINT", "MODELED_MARKERS", texts(&labels));
