@@ -105,6 +105,10 @@ const OTHERS: [&str; 10] = [
     "acceleration",
 ];
 
+fn is_other(word: &str) -> bool {
+    OTHERS.contains(&&*word.to_ascii_lowercase())
+}
+
 /// Reads the name of a column: `chin_x`, `chin.X`, `chin (x)`, `chinX`, `X_chin`, `x12` or `chin_pos_x_mm`.
 /// `None` if the name has no axis, is an axis alone, or names a rotation or the like, as `chin_rot_x` does.
 pub(crate) fn axis_of(cell: &str) -> Option<Axis> {
@@ -125,10 +129,10 @@ pub(crate) fn axis_of(cell: &str) -> Option<Axis> {
         (None, Some(found)) => (found, &words[1..]),
         (None, None) => return None,
     };
-    let is_place = |word: &Word<'_>| PLACES.contains(&&*word.text.to_ascii_lowercase());
-    if words.last().is_some_and(|word| OTHERS.contains(&&*word.text.to_ascii_lowercase())) {
+    if words.last().is_some_and(|word| is_other(word.text)) {
         return None;
     }
+    let is_place = |word: &Word<'_>| PLACES.contains(&&*word.text.to_ascii_lowercase());
     let words = match words {
         [words @ .., last] if !words.is_empty() && is_place(last) => words,
         [first, words @ ..] if !words.is_empty() && is_place(first) => words,
@@ -136,6 +140,19 @@ pub(crate) fn axis_of(cell: &str) -> Option<Axis> {
     };
     let (first, last) = (words.first()?, words.last()?);
     Some(Axis { label: cell[first.start..last.end].to_owned(), axis: found, unit })
+}
+
+/// Reads `chinx` or `CHINX`, if its two other axes are among the names of all columns. A label of a letter or
+/// two may be the name of a rotation, such as `RX`.
+fn axis_of_three(cell: &str, cells: &HashSet<&str>) -> Option<Axis> {
+    const SHORTEST: usize = 3;
+    let is_upper = cell.ends_with(['X', 'Y', 'Z']);
+    let axes = if is_upper { ["X", "Y", "Z"] } else { ["x", "y", "z"] };
+    let axis = axes.iter().position(|axis| cell.ends_with(axis))?;
+    let label = &cell[..cell.len() - 1];
+    let is_label = label.len() >= SHORTEST && words(cell).len() == 1 && !is_other(label);
+    let has_all = axes.iter().all(|axis| cells.contains(&*format!("{label}{axis}")));
+    (is_label && has_all).then(|| Axis { label: label.to_owned(), axis, unit: String::new() })
 }
 
 fn axis(word: &str) -> Option<usize> {
@@ -211,8 +228,9 @@ impl WideColumns {
         let mut places: HashMap<String, usize> = HashMap::new();
         let mut confidences: HashMap<String, usize> = HashMap::new();
         let mut units: Vec<String> = Vec::new();
+        let cells: HashSet<&str> = header.iter().map(String::as_str).collect();
         for (column, cell) in header.iter().enumerate().filter(|(column, _)| !stamps.has(*column)) {
-            if let Some(Axis { label, axis, unit }) = axis_of(cell) {
+            if let Some(Axis { label, axis, unit }) = axis_of(cell).or_else(|| axis_of_three(cell, &cells)) {
                 let place = *places.entry(label.clone()).or_insert_with(|| {
                     order.push((label, [None; 3]));
                     order.len() - 1
@@ -366,6 +384,11 @@ mod tests {
             // The head's place is beside the weights.
             ("time,jawOpen,eyeBlinkLeft,head_x,head_y,head_z", Table::Curves),
             ("frame,jawOpen,a.x,a.y,a.z,b.x,b.y,b.z", Table::Wide),
+            ("frame,chinx,chiny,chinz", Table::Wide),
+            ("Frame,CHINX,CHINY,CHINZ", Table::Wide),
+            ("frame,chinx,chiny", Table::Curves),
+            ("frame,RX,RY,RZ", Table::Curves),
+            ("frame,rotx,roty,rotz", Table::Curves),
             ("x.jaw,y.jaw,z.jaw,frame", Table::Wide),
             ("timestamp,idx,x,y,z", Table::Long),
             // One point without a label is nothing that is known.

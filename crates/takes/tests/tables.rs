@@ -116,6 +116,10 @@ fn faults_of_tables_are_named() {
     let take = read(twice, "long.csv");
     assert_eq!(take.tracks.positions[0], [1.0, 2.0, 3.0]);
     assert!(warns(&take, "1 rows repeat the frame and the marker"), "{:?}", take.warnings);
+    let still = refused(b"frame,time,a.x,a.y,a.z\n1,5,1,2,3\n2,5,1,2,3\n3,5,1,2,3\n", "wide.csv");
+    assert!(still.contains("do not increase from row to row in 2 of 3 rows; give the frame rate"), "{still}");
+    let clock = refused(b"frame,time,a.x,a.y,a.z\n1,10:00:00.5,1,2,3\n", "wide.csv");
+    assert!(clock.contains("line 2: the time is \"10:00:00.5\", expected a number of seconds"), "{clock}");
     let curves = refused(b"Timecode,BlendShapeCount,JawOpen\n0,1,0.5\n", "curves.csv");
     assert!(curves.contains("holds curves, which are weights of shapes and no places"), "{curves}");
 }
