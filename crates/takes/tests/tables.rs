@@ -101,6 +101,12 @@ fn a_row_for_each_frame_in_many_spellings() {
             is_the_small_take(&read(table.as_bytes(), "wide.csv"));
         }
     }
+    // Tabs between cells are no sign of Qualisys.
+    is_the_small_take(&read(
+        b"frame\ttimestamp\ta_x\ta_y\ta_z\tb_x\tb_y\tb_z\n1\t0\t1.5\t2\t3\t4\t5\t6\n\
+          2\t0.04\t1.25\t2\t3\t\t\t\n3\t0.08\t1\t2\t-3.5\t4\t4\t4\n",
+        "wide.tsv",
+    ));
     let take = read(b"frame;note;a_x_mm;a_y_mm;a_z_mm;time\n1;;1,5;2;3;0\n2;;1;2;3;0,04\n", "wide.csv");
     assert_eq!((take.metres_per_unit, take.tracks.positions[0]), (Some(1e-3), [1.5, 2.0, 3.0]));
     assert!(warns(&take, "1 columns are no positions and are left out: \"note\""), "{:?}", take.warnings);
@@ -337,7 +343,7 @@ fn mediapipe_is_read_with_equal_axes() {
         .map(|(row, line)| {
             let cells = line.split(',').enumerate();
             // The first four columns are the frame, the time and the image.
-            let is_z = |column: usize| row > 0 && column >= 4 && column % 3 == 0;
+            let is_z = |column: usize| row > 0 && column >= 4 && column.is_multiple_of(3);
             cells
                 .map(|(i, cell)| if is_z(i) { "0," } else { cell }.trim_end_matches(','))
                 .collect::<Vec<_>>()

@@ -157,7 +157,7 @@ impl Kind {
             _ if start.len() > 1 && (1..b' ').contains(&start[0]) && start[1] == c3d::MARK => Self::C3d,
             "c3d" => Self::C3d,
             "trc" => Self::Trc,
-            "tsv" => Self::Qualisys,
+            "tsv" if Table::detect(text) == Table::Take => Self::Qualisys,
             _ => Self::Csv,
         }
     }

@@ -50,6 +50,10 @@ fn a_c3d_file_has_a_time_code_and_events() {
     let take = read(&written.bytes(), "a.c3d");
     let timecode = take.recording.timecode.unwrap();
     assert_eq!((timecode.to_string().as_str(), timecode.rate), ("23:59:58:24", Some(25.0)));
+    // The code of a standard is no rate.
+    written.set("SMPTE", "RATE", Value::Floats(vec![2.0]));
+    let take = read(&written.bytes(), "a.c3d");
+    assert_eq!(take.recording.timecode.unwrap().rate, None);
 }
 
 #[test]
