@@ -3,7 +3,7 @@ use crate::curves;
 use crate::raw_take::is_face_mesh;
 use crate::stamps::StampColumns;
 use crate::tables::rows::Rows;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The kinds of tables that tell positions or weights over time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -25,12 +25,9 @@ impl Table {
     pub(crate) fn detect(start: &[u8]) -> Self {
         let Ok(rows) = Rows::separated(start, "") else { return Self::Take };
         let header = rows.header();
-        let is_own = |cell: &String| cell == "time";
+        let cells: HashSet<&str> = header.iter().map(String::as_str).collect();
         let own_triples = header.iter().filter_map(|cell| cell.strip_suffix("_x")).any(|label| {
-            ["_y", "_z"].iter().all(|axis| {
-                let wanted = format!("{label}{axis}");
-                !label.is_empty() && header.contains(&wanted)
-            })
+            !label.is_empty() && ["_y", "_z"].iter().all(|axis| cells.contains(&*format!("{label}{axis}")))
         });
         let has = |name: &str| header.iter().any(|cell| cell.eq_ignore_ascii_case(name));
         let stamps = StampColumns::of(header);
@@ -39,21 +36,25 @@ impl Table {
         }
         let wide = WideColumns::of(header);
         let is_face_mesh = is_face_mesh(wide.markers.iter().map(|marker| &*marker.label));
-        if rows.is_separated_by_commas() && header.iter().any(is_own) && own_triples && !is_face_mesh {
+        let is_place = |cell: &String| axis_of(cell).is_some();
+        // A table of weights may have the head's place beside them.
+        let weights = header.iter().filter(|cell| curves::is_known(cell) && !is_place(cell)).count();
+        if weights > wide.markers.len() {
+            return Self::Curves;
+        }
+        if rows.is_separated_by_commas() && cells.contains("time") && own_triples && !is_face_mesh {
             return Self::Take;
         }
         if LongColumns::of(header).is_some() {
             return Self::Long;
         }
-        let some_axis = header.iter().any(|cell| axis_of(cell).is_some());
+        let some_axis = header.iter().any(|cell| is_place(cell) || axis(cell).is_some());
         if !wide.markers.is_empty() {
             return Self::Wide;
         }
         let others = || (0..header.len()).filter(|&i| !stamps.has(i) && !header[i].is_empty());
         let is_table_of_names = stamps.any() && !some_axis && others().next().is_some();
-        if header.iter().any(|cell| curves::is_known(cell))
-            || is_table_of_names && !is_table_of_rhytid(header)
-        {
+        if is_table_of_names && !is_table_of_rhytid(header) {
             return Self::Curves;
         }
         Self::Take
@@ -90,8 +91,26 @@ const PLACES: [&str; 10] = [
     "coordinate",
 ];
 
+/// The words between a label and an axis that say that a column holds something else than a place.
+const OTHERS: [&str; 10] = [
+    "rot",
+    "rotation",
+    "rotate",
+    "euler",
+    "quat",
+    "quaternion",
+    "orientation",
+    "scale",
+    "velocity",
+    "acceleration",
+];
+
+fn is_other(word: &str) -> bool {
+    OTHERS.contains(&&*word.to_ascii_lowercase())
+}
+
 /// Reads the name of a column: `chin_x`, `chin.X`, `chin (x)`, `chinX`, `X_chin`, `x12` or `chin_pos_x_mm`.
-/// `None` if the name has no axis, or is an axis alone with nothing before or behind it.
+/// `None` if the name has no axis, is an axis alone, or names a rotation or the like, as `chin_rot_x` does.
 pub(crate) fn axis_of(cell: &str) -> Option<Axis> {
     let mut words = words(cell);
     let unit = match words.last() {
@@ -110,6 +129,9 @@ pub(crate) fn axis_of(cell: &str) -> Option<Axis> {
         (None, Some(found)) => (found, &words[1..]),
         (None, None) => return None,
     };
+    if words.last().is_some_and(|word| is_other(word.text)) {
+        return None;
+    }
     let is_place = |word: &Word<'_>| PLACES.contains(&&*word.text.to_ascii_lowercase());
     let words = match words {
         [words @ .., last] if !words.is_empty() && is_place(last) => words,
@@ -118,6 +140,19 @@ pub(crate) fn axis_of(cell: &str) -> Option<Axis> {
     };
     let (first, last) = (words.first()?, words.last()?);
     Some(Axis { label: cell[first.start..last.end].to_owned(), axis: found, unit })
+}
+
+/// Reads `chinx` or `CHINX`, if its two other axes are among the names of all columns. A label of a letter or
+/// two may be the name of a rotation, such as `RX`.
+fn axis_of_three(cell: &str, cells: &HashSet<&str>) -> Option<Axis> {
+    const SHORTEST: usize = 3;
+    let is_upper = cell.ends_with(['X', 'Y', 'Z']);
+    let axes = if is_upper { ["X", "Y", "Z"] } else { ["x", "y", "z"] };
+    let axis = axes.iter().position(|axis| cell.ends_with(axis))?;
+    let label = &cell[..cell.len() - 1];
+    let is_label = label.len() >= SHORTEST && words(cell).len() == 1 && !is_other(label);
+    let has_all = axes.iter().all(|axis| cells.contains(&*format!("{label}{axis}")));
+    (is_label && has_all).then(|| Axis { label: label.to_owned(), axis, unit: String::new() })
 }
 
 fn axis(word: &str) -> Option<usize> {
@@ -193,8 +228,9 @@ impl WideColumns {
         let mut places: HashMap<String, usize> = HashMap::new();
         let mut confidences: HashMap<String, usize> = HashMap::new();
         let mut units: Vec<String> = Vec::new();
+        let cells: HashSet<&str> = header.iter().map(String::as_str).collect();
         for (column, cell) in header.iter().enumerate().filter(|(column, _)| !stamps.has(*column)) {
-            if let Some(Axis { label, axis, unit }) = axis_of(cell) {
+            if let Some(Axis { label, axis, unit }) = axis_of(cell).or_else(|| axis_of_three(cell, &cells)) {
                 let place = *places.entry(label.clone()).or_insert_with(|| {
                     order.push((label, [None; 3]));
                     order.len() - 1
@@ -245,7 +281,7 @@ pub(crate) struct LongColumns {
 
 impl LongColumns {
     pub(crate) fn of(header: &[String]) -> Option<Self> {
-        const LABELS: [&str; 17] = [
+        const LABELS: [&str; 23] = [
             "marker",
             "label",
             "name",
@@ -261,6 +297,12 @@ impl LongColumns {
             "pointid",
             "pointname",
             "keypoint",
+            "bodypart",
+            "landmarkidx",
+            "pointindex",
+            "pointidx",
+            "lm",
+            "idx",
             "index",
             "id",
         ];
@@ -316,7 +358,10 @@ mod tests {
         assert_eq!(found("chin_tx"), of("chin", 0, ""));
         assert_eq!(found("chin_x_mm"), of("chin", 0, "mm"));
         assert_eq!(found("chin y (cm)"), of("chin", 1, "cm"));
-        for cell in ["x", "jawOpen", "", "chin", "MAX", "matrix", "time"] {
+        assert_eq!(found("rotor_x"), of("rotor", 0, ""));
+        for cell in
+            ["x", "jawOpen", "", "chin", "MAX", "matrix", "time", "chin_rot_x", "headRotX", "chin.rotation.z"]
+        {
             assert_eq!(found(cell), None, "{cell}");
         }
     }
@@ -336,6 +381,19 @@ mod tests {
             ("Frame,CTRL_expressions_jawOpen", Table::Curves),
             ("jawOpen,eyeBlink_L", Table::Curves),
             ("time,smile,anger", Table::Curves),
+            // The head's place is beside the weights.
+            ("time,jawOpen,eyeBlinkLeft,head_x,head_y,head_z", Table::Curves),
+            ("frame,jawOpen,a.x,a.y,a.z,b.x,b.y,b.z", Table::Wide),
+            ("frame,chinx,chiny,chinz", Table::Wide),
+            ("Frame,CHINX,CHINY,CHINZ", Table::Wide),
+            ("frame,chinx,chiny", Table::Curves),
+            ("frame,RX,RY,RZ", Table::Curves),
+            ("frame,rotx,roty,rotz", Table::Curves),
+            ("x.jaw,y.jaw,z.jaw,frame", Table::Wide),
+            ("timestamp,idx,x,y,z", Table::Long),
+            // One point without a label is nothing that is known.
+            ("timestamp,x,y,z", Table::Take),
+            ("time,a_rot_x,a_rot_y,a_rot_z,a_pos_x,a_pos_y,a_pos_z,jaw", Table::Take),
             ("frame, face_id, timestamp, confidence, success, x_0, X_0", Table::OpenFace),
             ("a,b", Table::Take),
             ("frame,vertex", Table::Take),

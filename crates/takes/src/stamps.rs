@@ -30,19 +30,12 @@ impl StampColumns {
                 | "frameid" => {
                     found.frame = found.frame.or(Some(column));
                 }
-                "time" | "times" | "t" | "timestamp" | "timestamps" | "seconds" | "sec" | "timesec"
-                | "timeseconds" | "timestampsec" | "timestampseconds"
-                    if found.time.is_none() =>
-                {
-                    found.time = Some(column);
-                }
-                "timems" | "timestampms" | "ms" | "msec" | "millis" | "milliseconds" | "timemilliseconds"
-                    if found.time.is_none() =>
-                {
-                    (found.time, found.unit) = (Some(column), 1e-3);
-                }
                 "timecode" => found.code = found.code.or(Some(column)),
-                _ => {}
+                name => {
+                    if let Some(unit) = time_unit(name).filter(|_| found.time.is_none()) {
+                        (found.time, found.unit) = (Some(column), unit);
+                    }
+                }
             }
         }
         found
@@ -62,6 +55,28 @@ impl StampColumns {
     pub(crate) fn key(&self) -> Option<usize> {
         self.frame.or(self.time).or(self.code)
     }
+}
+
+/// The seconds in a unit of a column of times, by the column's name in small letters; `None` for another
+/// column.
+fn time_unit(name: &str) -> Option<f64> {
+    const TIMES: [&str; 3] = ["timestamp", "time", "t"];
+    const UNITS: [(&[&str], f64); 4] = [
+        (&["s", "sec", "secs", "second", "seconds"], 1.0),
+        (&["ms", "msec", "msecs", "millis", "millisecond", "milliseconds"], 1e-3),
+        (&["us", "µs", "μs", "usec", "usecs", "micros", "microsecond", "microseconds"], 1e-6),
+        (&["ns", "nsec", "nsecs", "nanos", "nanosecond", "nanoseconds"], 1e-9),
+    ];
+    let time = TIMES.into_iter().find(|time| name.starts_with(time)).unwrap_or_default();
+    let unit = &name[time.len()..];
+    if !time.is_empty() && unit.is_empty() {
+        return Some(1.0);
+    }
+    // A column called `s` alone may be anything.
+    if unit.chars().count() < 2 && time.is_empty() {
+        return None;
+    }
+    UNITS.into_iter().find(|(names, _)| names.contains(&unit)).map(|(_, seconds)| seconds)
 }
 
 /// What the rows say of their time.
@@ -93,17 +108,19 @@ impl Stamps {
     /// # Errors
     /// [`Error::Input`] if a cell is no number or no time code.
     pub(crate) fn push(&mut self, rows: &Rows<'_>) -> Result<()> {
-        let number = |column: usize, what: &str| {
+        let number = |column: usize, what: &str, expected: &str| {
             rows.number(column).filter(|number| number.abs() <= LARGEST).ok_or_else(|| {
                 let found = quoted(&String::from_utf8_lossy(rows.cell(column)));
-                rows.error(&format!("the {what} is {found}, expected a number"))
+                rows.error(&format!("the {what} is {found}, expected {expected}"))
             })
         };
         if let Some(column) = self.columns.frame {
-            self.frames.push(number(column, "frame")?);
+            self.frames.push(number(column, "frame", "a number")?);
         }
         if let Some(column) = self.columns.time {
-            self.times.push(self.columns.unit * number(column, "time")?);
+            const EXPECTED: &str =
+                "a number of seconds; times such as 10:00:00.5 need the column's name timecode";
+            self.times.push(self.columns.unit * number(column, "time", EXPECTED)?);
         }
         if let Some(column) = self.columns.code {
             let code = Timecode::parse(rows.text(column)?).ok_or_else(|| {
@@ -147,6 +164,9 @@ impl Stamps {
             None if !self.codes.is_empty() => of_codes(&self.codes, warnings),
             None => return Err(no_rate()),
         };
+        if rate.is_none() {
+            warn_if_slow(&times, warnings);
+        }
         let mut kept: Vec<usize> = Vec::with_capacity(times.len());
         for row in 0..times.len() {
             if kept.last().is_none_or(|&last| times[row] > times[last]) {
@@ -181,23 +201,40 @@ impl Stamps {
     }
 }
 
-/// Times in seconds. Steps as of milliseconds are taken for such, with a warning.
+/// Times in seconds. Steps as of milliseconds, microseconds or nanoseconds are taken for such, with a warning.
 fn seconds(mut times: Vec<f64>, warnings: &mut Vec<String>) -> Vec<f64> {
-    /// Steps between frames in milliseconds, from 250 down to 10 frames per second.
-    const MILLISECONDS: std::ops::Range<f64> = 3.9..101.0;
-    let steps = times.windows(2).map(|pair| pair[1] - pair[0]);
-    let fitting = steps.filter(|step| MILLISECONDS.contains(step)).count();
-    if times.len() > 10 && fitting * 10 > (times.len() - 1) * 9 {
-        warnings.push(
-            "the times look like milliseconds and are read as such; give the frame rate if they are not"
-                .into(),
-        );
-        times.iter_mut().for_each(|time| *time *= 1e-3);
+    /// Seconds between frames, from 250 down to 10 frames per second.
+    const STEPS: std::ops::Range<f64> = 3.9e-3..0.101;
+    const UNITS: [(f64, &str); 3] = [(1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds")];
+    let fits = |unit: f64| {
+        let steps = times.windows(2).map(|pair| unit * (pair[1] - pair[0]));
+        let fitting = steps.filter(|step| STEPS.contains(step)).count();
+        times.len() > 10 && fitting * 10 > (times.len() - 1) * 9
+    };
+    let mut unit = 1.0;
+    if let Some((smaller, name)) = UNITS.into_iter().find(|(unit, _)| fits(*unit)) {
+        warnings.push(format!(
+            "the times look like {name} and are read as such; give the frame rate if they are not"
+        ));
+        unit = smaller;
     }
     // Seconds since 1970 and the like count from the first frame.
-    let first = times.first().copied().filter(|first| first.abs() > 86_400.0).unwrap_or(0.0);
-    times.iter_mut().for_each(|time| *time -= first);
+    let first = times.first().copied().filter(|first| (unit * first).abs() > 86_400.0).unwrap_or(0.0);
+    times.iter_mut().for_each(|time| *time = unit * (*time - first));
     times
+}
+
+/// Warns if most rows are far apart: their times may have another unit, or time codes may only count rows.
+fn warn_if_slow(times: &[f64], warnings: &mut Vec<String>) {
+    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    steps.sort_by(f64::total_cmp);
+    if steps.get(steps.len() / 2).is_some_and(|step| *step >= 0.5) {
+        warnings.push(
+            "most rows are half a second or more apart, which is slow for a face; give the frame rate if the times \
+             are wrong"
+                .into(),
+        );
+    }
 }
 
 /// Times that are even but for their rounding to milliseconds, without the rounding. `frames` are the frames'
@@ -221,14 +258,53 @@ fn of_codes(codes: &[Timecode], warnings: &mut Vec<String>) -> Vec<f64> {
              the frame rate if they do not"
         ));
     }
-    let mut steps: Vec<f64> = times.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    steps.sort_by(f64::total_cmp);
-    if steps.get(steps.len() / 2).is_some_and(|step| *step >= 0.5) {
-        warnings.push(
-            "most rows are half a second or more apart, which is slow for a face; give the frame rate if the time \
-             codes only count rows"
-                .into(),
-        );
-    }
     times
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_of_times_say_their_unit() {
+        for (name, expected) in [
+            ("time", Some(1.0)),
+            ("t", Some(1.0)),
+            ("timestamps", Some(1.0)),
+            ("timesec", Some(1.0)),
+            ("seconds", Some(1.0)),
+            ("timems", Some(1e-3)),
+            ("ms", Some(1e-3)),
+            ("timestampus", Some(1e-6)),
+            ("timeµs", Some(1e-6)),
+            ("timestampns", Some(1e-9)),
+            ("nanoseconds", Some(1e-9)),
+            ("s", None),
+            ("timeout", None),
+            ("tongueout", None),
+            ("", None),
+        ] {
+            assert_eq!(time_unit(name), expected, "{name}");
+        }
+    }
+
+    #[test]
+    fn times_of_another_unit_are_taken_for_such() {
+        // 30 frames per second since 1970, and the same in smaller units.
+        for (unit, name) in [(1e-3, "milliseconds"), (1e-6, "microseconds"), (1e-9, "nanoseconds")] {
+            let mut warnings = Vec::new();
+            let times = (0..30).map(|i| ((1.7e9 + f64::from(i) / 30.0) / unit).round()).collect();
+            let found = seconds(times, &mut warnings);
+            assert!((found[29] - 29.0 / 30.0).abs() < 2e-3 && found[0] == 0.0, "{name}: {found:?}");
+            assert!(warnings.len() == 1 && warnings[0].contains(name), "{warnings:?}");
+            warn_if_slow(&found, &mut warnings);
+            assert_eq!(warnings.len(), 1);
+        }
+        // What is taken for nothing else is told: steps of 2 ms in a column of seconds.
+        let mut warnings = Vec::new();
+        let slow = seconds((0..30).map(|i| 2.0 * f64::from(i)).collect(), &mut warnings);
+        assert_eq!(warnings, [""; 0]);
+        warn_if_slow(&slow, &mut warnings);
+        assert!(warnings[0].contains("half a second or more apart"), "{warnings:?}");
+    }
 }

@@ -109,6 +109,15 @@ fn with_tabs(text: &[u8]) -> Vec<u8> {
     out
 }
 
+/// Whether a cell that is no number stands for “no number”.
+pub(crate) fn says_missing(cell: &[u8]) -> bool {
+    const WORDS: [&[u8]; 8] = [b"", b"-", b"na", b"n/a", b"null", b"none", b"missing", b"nil"];
+    // Libraries of Windows print `1.#QNAN`, and newer ones `-nan(ind)`.
+    let unsigned = cell.strip_prefix(b"-").unwrap_or(cell);
+    let is_nan = unsigned.get(..4).is_some_and(|start| start.eq_ignore_ascii_case(b"nan("));
+    is_nan || cell.contains(&b'#') || WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word))
+}
+
 fn has_between_digits(text: &[u8], mark: u8) -> bool {
     between_digits(text, mark).next().is_some()
 }

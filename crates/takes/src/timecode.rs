@@ -48,9 +48,8 @@ pub(crate) struct Times {
 pub(crate) fn times(codes: &[Timecode]) -> Times {
     let largest = codes.iter().map(|code| code.frames.floor()).fold(0.0, f64::max);
     let has_frames = codes.iter().any(|code| code.frames > 0.0);
-    let seconds = codes.windows(2).filter(|pair| pair[0].seconds != pair[1].seconds).count();
-    // The first second and the last one may be cut.
-    let is_sure = seconds >= 2;
+    // The last frame before the next second has the largest number that there is.
+    let is_sure = codes.windows(2).any(|pair| pair[1].seconds.floor() - pair[0].seconds.floor() == 1.0);
     let fits = |rate: &u32| f64::from(*rate) > largest && (is_sure || *rate >= 60);
     let rate = RATES.into_iter().find(fits).unwrap_or(RATES[RATES.len() - 1]).max(largest as u32 + 1);
     let mut days = 0.0;
@@ -89,6 +88,17 @@ mod tests {
         let Times { times, rate, is_sure } = found(&["10:00:00;02", "10:00:00;05"]);
         assert_eq!((rate, is_sure), (Some(60), false));
         assert!((times[1] - 0.05).abs() < 1e-9);
+    }
+
+    #[test]
+    fn the_end_of_one_second_tells_the_rate() {
+        let codes: Vec<String> = (20..50).map(|i| format!("10:00:{:02}:{:02}", i / 30, i % 30)).collect();
+        let codes: Vec<&str> = codes.iter().map(String::as_str).collect();
+        let Times { times, rate, is_sure } = found(&codes);
+        assert_eq!((rate, is_sure), (Some(30), true));
+        assert!((times[29] - 29.0 / 30.0).abs() < 1e-9, "{times:?}");
+        // Seconds that were left out tell nothing.
+        assert!(!found(&["10:00:00:05", "10:00:03:07"]).is_sure);
     }
 
     #[test]

@@ -61,6 +61,30 @@ fn a_row_for_each_frame_and_marker_in_any_order_and_spelling() {
 }
 
 #[test]
+fn confidence_and_time_codes_follow_their_rows() {
+    let long =
+        b"Frame,Timecode,Marker,X,Y,Z,Confidence\n12,10:00:01:01,a,3,2,3,0.25\n10,10:00:00:29,a,1,2,3,1\n\
+                 11,10:00:01:00,a,2,2,3,0\n";
+    let take = read(long, "long.csv");
+    for (time, frame) in take.tracks.times.iter().zip(0..3) {
+        assert!((time - f64::from(frame) / 30.0).abs() < 1e-9, "{:?}", take.tracks.times);
+    }
+    assert_eq!((take.tracks.positions[0], take.tracks.positions[2]), ([1.0, 2.0, 3.0], [3.0, 2.0, 3.0]));
+    assert!(take.tracks.positions[1][0].is_nan());
+    assert_eq!(take.tracks.confidence, Some(vec![1.0, 1.0, 0.25]));
+    let wide = |sure: [&str; 2]| {
+        let [a, b] = sure;
+        let table = format!("frame,t,a.x,a.y,a.z,a.visibility\n1,0,1,2,3,{a}\n2,0.04,1,2,4,{b}\n");
+        read(table.as_bytes(), "wide.csv").tracks
+    };
+    assert_eq!(wide(["1", "0.5"]).confidence, Some(vec![1.0, 0.5]));
+    assert!(wide(["1", "0"]).positions[1][0].is_nan());
+    // A visibility that is always 0 says nothing.
+    let unused = wide(["0", "0"]);
+    assert_eq!((unused.positions[1], unused.confidence), ([1.0, 2.0, 4.0], None));
+}
+
+#[test]
 fn a_row_for_each_frame_in_many_spellings() {
     for header in [
         "frame,time,a_x,a_y,a_z,b_x,b_y,b_z",
@@ -77,6 +101,12 @@ fn a_row_for_each_frame_in_many_spellings() {
             is_the_small_take(&read(table.as_bytes(), "wide.csv"));
         }
     }
+    // Tabs between cells are no sign of Qualisys.
+    is_the_small_take(&read(
+        b"frame\ttimestamp\ta_x\ta_y\ta_z\tb_x\tb_y\tb_z\n1\t0\t1.5\t2\t3\t4\t5\t6\n\
+          2\t0.04\t1.25\t2\t3\t\t\t\n3\t0.08\t1\t2\t-3.5\t4\t4\t4\n",
+        "wide.tsv",
+    ));
     let take = read(b"frame;note;a_x_mm;a_y_mm;a_z_mm;time\n1;;1,5;2;3;0\n2;;1;2;3;0,04\n", "wide.csv");
     assert_eq!((take.metres_per_unit, take.tracks.positions[0]), (Some(1e-3), [1.5, 2.0, 3.0]));
     assert!(warns(&take, "1 columns are no positions and are left out: \"note\""), "{:?}", take.warnings);
@@ -92,8 +122,98 @@ fn faults_of_tables_are_named() {
     let take = read(twice, "long.csv");
     assert_eq!(take.tracks.positions[0], [1.0, 2.0, 3.0]);
     assert!(warns(&take, "1 rows repeat the frame and the marker"), "{:?}", take.warnings);
+    let still = refused(b"frame,time,a.x,a.y,a.z\n1,5,1,2,3\n2,5,1,2,3\n3,5,1,2,3\n", "wide.csv");
+    assert!(still.contains("do not increase from row to row in 2 of 3 rows; give the frame rate"), "{still}");
+    let clock = refused(b"frame,time,a.x,a.y,a.z\n1,10:00:00.5,1,2,3\n", "wide.csv");
+    assert!(clock.contains("line 2: the time is \"10:00:00.5\", expected a number of seconds"), "{clock}");
     let curves = refused(b"Timecode,BlendShapeCount,JawOpen\n0,1,0.5\n", "curves.csv");
     assert!(curves.contains("holds curves, which are weights of shapes and no places"), "{curves}");
+}
+
+#[test]
+fn cells_beyond_the_header_are_refused_and_a_cut_row_is_left_out() {
+    // Decimal commas between commas would move each cell behind them.
+    for (table, name) in [
+        (&b"frame,time,a.x,a.y,a.z\n1,0,1,5,2,0,3,0\n"[..], "wide.csv"),
+        (b"frame,time,marker,x,y,z\n1,0,a,1,5,2,3\n", "long.csv"),
+    ] {
+        let sentence = refused(table, name);
+        assert!(sentence.contains("line 2: the row has"), "{sentence}");
+        assert!(sentence.contains("separate the cells by semicolons or tabs"), "{sentence}");
+    }
+    for (table, name) in [
+        (&b"frame,time,a.x,a.y,a.z\n1,0,1,2,3,,\n2,0.04,1,2"[..], "wide.csv"),
+        (b"frame,time,marker,x,y,z\n1,0,a,1,2,3\n2,0.04,a,1,2", "long.csv"),
+    ] {
+        let take = read(table, name);
+        assert_eq!((take.tracks.frames(), take.tracks.positions[0]), (1, [1.0, 2.0, 3.0]));
+        assert!(warns(&take, "cut short in its last row"), "{:?}", take.warnings);
+    }
+    let mut cut = openface();
+    cut.truncate(cut.len() - 20);
+    assert!(warns(&read(cut.as_bytes(), "openface.csv"), "cut short in its last row"));
+}
+
+#[test]
+fn each_word_for_not_seen_is_a_gap_in_tables_too() {
+    for word in ["", "NaN", "-nan(ind)", "1.#QNAN", "null", "inf", "1.7976931348623157e308"] {
+        let table = format!("frame,time,a.x,a.y,a.z\n1,0,1,2,3\n2,0.04,{word},2,3\n");
+        let take = read(table.as_bytes(), "wide.csv");
+        assert!(take.tracks.positions[1].iter().all(|x| x.is_nan()), "{word}: {:?}", take.tracks.positions);
+    }
+    assert!(refused(b"frame,time,a.x,a.y,a.z\n1,0,Nancy,2,3\n", "wide.csv").contains("\"Nancy\""));
+}
+
+#[test]
+fn a_marker_at_the_origin_is_asked_about_in_tables_too() {
+    let table = |a: &dyn Fn(usize) -> f64| {
+        let rows: String =
+            (0..40).map(|i| format!("{i},{:.2},{},0,0,50,{i},7\n", i as f64 / 25.0, a(i))).collect();
+        read(format!("frame,time,a.x,a.y,a.z,b.x,b.y,b.z\n{rows}").as_bytes(), "wide.csv")
+    };
+    let gaps = |take: &RawTake| take.tracks.positions.iter().filter(|p| p[0].is_nan()).count();
+    let rests = table(&|i| 20_usize.saturating_sub(i) as f64);
+    assert_eq!(gaps(&rests), 0);
+    assert!(warns(&rests, "come to rest at exactly 0, 0, 0"), "{:?}", rests.warnings);
+    let never = table(&|_| 0.0);
+    assert_eq!(gaps(&never), 40);
+    assert!(warns(&never, "are at 0, 0, 0 in every frame and count as never seen: \"a\""));
+    let jumps = table(&|i| if i == 9 { 0.0 } else { 80.0 });
+    assert_eq!(gaps(&jumps), 1);
+}
+
+#[test]
+fn rounded_times_become_even_and_a_given_rate_counts_frames() {
+    // Frame 5 was left out, and the times have milliseconds.
+    let frames: Vec<u32> = (0..60).filter(|&i| i != 5).collect();
+    let rows: String =
+        frames.iter().map(|&i| format!("{},{:.3},{i},2,3\n", 100 + i, f64::from(i) / 120.0)).collect();
+    let table = format!("frame,timestamp,a.x,a.y,a.z\n{rows}");
+    let check = |take: &RawTake, rate: f64| {
+        for (time, &frame) in take.tracks.times.iter().zip(&frames) {
+            assert!((time - f64::from(frame) / rate).abs() < 1e-9, "{:?}", take.tracks.times);
+        }
+    };
+    check(&read(table.as_bytes(), "wide.csv"), 120.0);
+    check(&decode(table.as_bytes(), "wide.csv", Some(60.0)).unwrap(), 60.0);
+}
+
+#[test]
+fn times_in_small_units_and_rotations_are_told_apart() {
+    let rows: String =
+        (0..20).map(|i| format!("{},1,2,3,90,0,{i}\n", 1_700_000_000_000_000_u64 + 40_000 * i)).collect();
+    let header = |time: &str| format!("{time},a_pos_x,a_pos_y,a_pos_z,a_rot_x,a_rot_y,a_rot_z\n{rows}");
+    for time in ["timestamp_us", "Time (µs)", "timestamp"] {
+        let take = read(header(time).as_bytes(), "wide.csv");
+        assert_eq!(take.tracks.labels, ["a"]);
+        assert!((take.tracks.times[19] - 0.76).abs() < 1e-6, "{:?}", take.tracks.times);
+        assert_eq!(warns(&take, "look like microseconds"), time == "timestamp", "{:?}", take.warnings);
+        assert!(
+            warns(&take, "3 columns are no positions and are left out: \"a_rot_x\""),
+            "{:?}",
+            take.warnings
+        );
+    }
 }
 
 #[test]
@@ -121,7 +241,7 @@ fn a_hostile_table_takes_no_room() {
     }
 }
 
-/// A table of OpenFace with two faces; the second is found once.
+/// A table of OpenFace with two faces. The second has more rows and is found only once.
 fn openface() -> String {
     let mut csv = "frame, face_id, timestamp, confidence, success, gaze_0_x, x_0".to_owned();
     for axis in ["X", "Y", "Z"] {
@@ -129,9 +249,15 @@ fn openface() -> String {
             write!(csv, ", {axis}_{i}").unwrap();
         }
     }
-    for (frame, face, confidence, success) in
-        [(1, 0, 0.98, 1), (1, 1, 0.9, 1), (2, 0, 0.6, 1), (3, 0, 0.1, 0)]
-    {
+    for (frame, face, confidence, success) in [
+        (1, 0, 0.98, 1),
+        (1, 1, 0.9, 1),
+        (2, 0, 0.6, 1),
+        (2, 1, 0.0, 0),
+        (3, 0, 0.1, 0),
+        (3, 1, 0.0, 0),
+        (4, 1, 0.0, 0),
+    ] {
         let time = f64::from(frame - 1) / 25.0;
         write!(csv, "\n{frame}, {face}, {time:.3}, {confidence}, {success}, 0.1, 300.5").unwrap();
         for axis in 0..3 {
@@ -211,10 +337,43 @@ fn mediapipe_is_read_with_equal_axes() {
     // The face's own proportions tell an image of 16 by 9.
     let unsaid = read(mediapipe("", "").as_bytes(), "mesh.csv");
     assert!(warns(&unsaid, "16 by 9 fits the face best"), "{:?}", unsaid.warnings);
+    let flat: Vec<String> = mediapipe(",width,height", ",1920,1080")
+        .lines()
+        .enumerate()
+        .map(|(row, line)| {
+            let cells = line.split(',').enumerate();
+            // The first four columns are the frame, the time and the image.
+            let is_z = |column: usize| row > 0 && column >= 4 && column.is_multiple_of(3);
+            cells
+                .map(|(i, cell)| if is_z(i) { "0," } else { cell }.trim_end_matches(','))
+                .collect::<Vec<_>>()
+                .join(",")
+        })
+        .collect();
+    let flat = read((flat.join("\n") + "\n").as_bytes(), "mesh.csv");
+    assert!(warns(&flat, "the face is flat: its depth is 0.000 of its width"), "{:?}", flat.warnings);
     let ratio = unsaid.tracks.positions[33][0] / said.tracks.positions[33][0];
     for (a, b) in unsaid.tracks.positions.iter().flatten().zip(said.tracks.positions.iter().flatten()) {
         assert!((a - ratio * b).abs() < 1e-9, "{a} {b} {ratio}");
     }
+}
+
+#[test]
+fn the_face_is_found_among_the_landmarks_of_a_body() {
+    let alone = mediapipe("", "");
+    let body = ",pose_0_x,pose_0_y,pose_0_z,pose_1_x,pose_1_y,pose_1_z";
+    let rows: Vec<String> = alone
+        .lines()
+        .enumerate()
+        .map(|(i, row)| format!("{row}{}\n", if i == 0 { body } else { ",0.5,0.9,0,0.6,0.9,0" }))
+        .collect();
+    let (alone, take) = (read(alone.as_bytes(), "mesh.csv"), read(rows.concat().as_bytes(), "mesh.csv"));
+    assert!(
+        take.is_video && warns(&take, "2 markers are none of the face mesh of 478"),
+        "{:?}",
+        take.warnings
+    );
+    assert_eq!(take.tracks, alone.tracks);
 }
 
 #[test]

@@ -60,7 +60,8 @@ fn mistakes_in_the_header_are_named() {
         ("", "take.csv: the file is empty, expected a header and rows"),
         (
             "Time,a_x,a_y,a_z\n0,1,2,3\n",
-            "take.csv, line 1: column 1 of the header is \"Time\", expected time, LABEL_x, LABEL_y or LABEL_z",
+            "take.csv, line 1: column 1 of the header is \"Time\", expected time, LABEL_x, LABEL_y or LABEL_z; \
+             leave out what is none of them",
         ),
         (
             "a_x,a_y,a_z\n1,2,3\n",
@@ -81,7 +82,8 @@ fn mistakes_in_the_header_are_named() {
         ),
         (
             "time,_x,_y,_z\n0,1,2,3\n",
-            "take.csv, line 1: column 2 of the header is \"_x\", expected time, LABEL_x, LABEL_y or LABEL_z",
+            "take.csv, line 1: column 2 of the header is \"_x\", expected time, LABEL_x, LABEL_y or LABEL_z; \
+             leave out what is none of them",
         ),
         (
             "time\n0\n",

@@ -37,14 +37,35 @@ impl Curves {
 
 /// Whether a column of this name holds an angle or a place of the head or an eye, and no weight.
 pub(crate) fn is_pose(name: &str) -> bool {
-    let key = names::Key::of(name);
-    let is_of = |part: &str| key.base.contains(part);
-    let ends = ["yaw", "pitch", "roll", "translationx", "translationy", "translationz"];
-    (is_of("head") || is_of("eye")) && ends.iter().any(|end| key.base.ends_with(end))
+    const ANGLES: [&str; 3] = ["yaw", "pitch", "roll"];
+    const AXES: [&str; 4] = ["x", "y", "z", "w"];
+    let words = names::words(name);
+    let has = |part: &str| words.iter().any(|word| word.contains(part));
+    // `HeadYaw`, `head_rot_x`, `headTX` and `head_qw`.
+    let is_axis = |word: &str| AXES.contains(&word.strip_prefix(['t', 'r', 'q']).unwrap_or(word));
+    let ends = |word: &String| ANGLES.iter().any(|angle| word.ends_with(angle)) || is_axis(word);
+    (has("head") || has("eye")) && words.last().is_some_and(ends)
 }
 
 /// Whether a name is one of the 52 of ARKit, in any spelling, or one of a MetaHuman's controls.
 pub(crate) fn is_known(name: &str) -> bool {
     let key = names::Key::of(name);
     names::ARKIT.contains(&&*key.base) || name.to_ascii_lowercase().contains("ctrl_expressions_")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_head_and_the_eyes_have_poses_and_no_weights() {
+        for name in
+            ["HeadYaw", "headyaw", "LeftEyePitch", "head_x", "headPosX", "head_rot_z", "headTX", "head_qw"]
+        {
+            assert!(is_pose(name), "{name}");
+        }
+        for name in ["EyeBlinkLeft", "eyeLookInLeft", "mouthRollLower", "jawOpen", "head", "rollx", ""] {
+            assert!(!is_pose(name), "{name}");
+        }
+    }
 }

@@ -104,7 +104,7 @@ fn side_of(word: &str) -> Option<Side> {
 }
 
 /// The words of a name in small letters: `CTRL_eyeBlinkL` has `ctrl`, `eye`, `blink` and `l`.
-fn words(name: &str) -> Vec<String> {
+pub(super) fn words(name: &str) -> Vec<String> {
     let mut words: Vec<String> = Vec::new();
     let mut begins = true;
     let mut before = ' ';

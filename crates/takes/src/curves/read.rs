@@ -2,7 +2,7 @@
 use super::{Curves, is_pose};
 use crate::stamps::{StampColumns, Stamps};
 use crate::tables::rows::Rows;
-use crate::text::utf_8;
+use crate::text::{says_missing, utf_8};
 use rhytid_core::text::{listed, quoted};
 use rhytid_core::{Error, InputErrorKind, Result, input_file};
 use std::collections::HashMap;
@@ -40,29 +40,17 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<Curves> {
     let n = columns.curves.len();
     let (mut weights, mut poses) = (Vec::new(), Vec::new());
     let mut empty_rows = 0;
-    let width = rows.header().len();
-    while rows.advance()? {
-        let is_last_and_cut = rows.width() < width && rows.is_cut();
-        if is_last_and_cut {
-            warnings.push("the file is cut short in its last row, which is left out".to_owned());
-            break;
-        }
-        if rows.width() > width && (width..rows.width()).any(|column| !rows.cell(column).is_empty()) {
-            return Err(rows.error(&format!(
-                "the row has {} cells, expected {width} as in the header; separate cells by one kind of separator",
-                rows.width()
-            )));
-        }
+    while rows.next_of_table(&mut warnings)? {
         stamps.push(&rows)?;
         // Rows without weights are short. With too many of them, the curves would be out of proportion.
         if weights.len() + n > 4 * bytes.len() {
             return Err(rows.error("the rows are far shorter than the header; the file may be damaged"));
         }
-        let is_empty = columns.curves.iter().all(|&column| rows.cell(column).is_empty());
-        empty_rows += usize::from(is_empty);
+        let first = weights.len();
         for &column in &columns.curves {
             weights.push(weight(&rows, column)?);
         }
+        empty_rows += usize::from(weights[first..].iter().all(|weight| weight.is_nan()));
         for &column in &columns.poses {
             poses.push(weight(&rows, column)?);
         }
@@ -129,13 +117,13 @@ impl Columns {
     }
 }
 
-/// The number in a cell; NaN where the cell is empty.
+/// The number in a cell; NaN where the cell is empty or says that it is no number.
 fn weight(rows: &Rows<'_>, column: usize) -> Result<f32> {
-    if rows.cell(column).is_empty() {
-        return Ok(f32::NAN);
-    }
-    let found = rows.number(column).map(|number| number as f32).filter(|number| number.is_finite());
-    found.ok_or_else(|| {
+    let found = match rows.number(column) {
+        Some(number) => Some(number as f32),
+        None => says_missing(rows.cell(column)).then_some(f32::NAN),
+    };
+    found.filter(|number| !number.is_infinite()).ok_or_else(|| {
         rows.error(&format!(
             "the weight of {} is {}, expected a number",
             quoted(&rows.header()[column]),
@@ -252,6 +240,13 @@ mod tests {
         }
         let cut = decode(b"time,jawOpen,tongueOut\n0,1,0\n0.1,0", "a.csv", None).unwrap();
         assert_eq!(cut.times, [0.0]);
+        let lost = decode(b"time,jawOpen,tongueOut\n0,1,0\n0.1,nan,null\n0.2,0,1\n", "a.csv", None).unwrap();
+        assert_eq!(lost.weights, [1.0, 0.0, 0.5, 0.5, 0.0, 1.0]);
+        assert!(lost.warnings[0].contains("1 of 3 frames have no weights"), "{:?}", lost.warnings);
+        let late =
+            decode(b"time,jawOpen,tongueOut,smile\n0,,1,\n0.1,,,\n0.2,0.5,,\n0.3,1,,\n", "a.csv", None);
+        let late = late.unwrap().weights;
+        assert_eq!(late, [0.5, 1.0, 0.0, 0.5, 1.0, 0.0, 0.5, 1.0, 0.0, 1.0, 1.0, 0.0]);
         let wide = format!("time{}\n", (0..5_000).map(|i| format!(",jawOpen{i}")).collect::<String>());
         let hostile = wide + &(0..20_000).map(|i| format!("{i}\n")).collect::<String>();
         let error = decode(hostile.as_bytes(), "a.csv", None).unwrap_err().to_string();

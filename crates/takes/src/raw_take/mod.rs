@@ -139,10 +139,6 @@ pub fn is_take_csv(path: &Path) -> bool {
 
 impl Kind {
     fn detect(start: &[u8], path: &Path) -> Self {
-        // The byte before C3D's mark is the block of its parameters, a small number that is no letter.
-        if start.len() > 1 && (1..b' ').contains(&start[0]) && start[1] == c3d::MARK {
-            return Self::C3d;
-        }
         let text = utf_8(start);
         let text = text.trim_ascii_start();
         let text = text.strip_prefix(b"\"").unwrap_or(text);
@@ -157,9 +153,11 @@ impl Kind {
             _ if vicon::SECTIONS.iter().any(|section| begins(section) && is_line(text, section)) => {
                 Self::Vicon
             }
+            // The byte before C3D's mark is the block of its parameters, a small number that is no letter.
+            _ if start.len() > 1 && (1..b' ').contains(&start[0]) && start[1] == c3d::MARK => Self::C3d,
             "c3d" => Self::C3d,
             "trc" => Self::Trc,
-            "tsv" => Self::Qualisys,
+            "tsv" if Table::detect(text) == Table::Take => Self::Qualisys,
             _ => Self::Csv,
         }
     }

@@ -75,7 +75,8 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
 
 fn read_keys(rows: &Rows<'_>, header: &mut Header) {
     let place = |key: &str| {
-        let cell = (0..rows.width()).step_by(2).find(|&column| text(rows, column).eq_ignore_ascii_case(key));
+        // A take's name with a comma moves the keys behind it.
+        let cell = (0..rows.width()).find(|&column| text(rows, column).eq_ignore_ascii_case(key));
         cell.map(|column| column + 1)
     };
     let rate = |key| place(key).and_then(|column| number(rows, column));

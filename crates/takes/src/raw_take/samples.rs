@@ -1,5 +1,6 @@
 //! Positions from the rows of a text file.
 use crate::tables::rows::Rows;
+use crate::text::says_missing;
 use rhytid_core::text::quoted;
 use rhytid_core::{Error, RawTake, Result};
 
@@ -86,7 +87,9 @@ impl Samples {
             let mut position = [0.0; 3];
             let mut is_missing = false;
             for (axis, value) in position.iter_mut().enumerate() {
-                match number(rows.cell(column + axis)) {
+                let cell = rows.cell(column + axis);
+                let number = std::str::from_utf8(cell).ok().and_then(|text| text.parse().ok());
+                match coordinate(cell, number) {
                     Some(number) if number.is_nan() => is_missing = true,
                     Some(number) => *value = number,
                     None => {
@@ -94,7 +97,7 @@ impl Samples {
                             "cell {} is {}, expected a coordinate with a decimal point, or nothing where a marker \
                              was not seen",
                             column + axis + 1,
-                            quoted(&String::from_utf8_lossy(rows.cell(column + axis)))
+                            quoted(&String::from_utf8_lossy(cell))
                         )));
                     }
                 }
@@ -115,16 +118,12 @@ impl Samples {
     }
 }
 
-/// A coordinate; NaN for an empty cell, for text that stands for “no number”, and for numbers that no unit
-/// could make a coordinate. `None` for anything else.
-fn number(cell: &[u8]) -> Option<f64> {
-    if cell.is_empty() {
-        return Some(f64::NAN);
-    }
-    match std::str::from_utf8(cell).ok()?.parse::<f64>() {
-        Ok(number) if number.abs() <= f64::from(f32::MAX) => Some(number),
-        Ok(_) => Some(f64::NAN),
-        // Older Windows libraries print `1.#QNAN` and the like for NaN.
-        Err(_) => cell.contains(&b'#').then_some(f64::NAN),
+/// The coordinate in a cell that holds `number`, if it holds any. NaN for a cell that says “no number”, and for
+/// numbers that no unit could make a coordinate. `None` for anything else.
+pub(super) fn coordinate(cell: &[u8], number: Option<f64>) -> Option<f64> {
+    match number {
+        Some(number) if number.abs() <= f64::from(f32::MAX) => Some(number),
+        Some(_) => Some(f64::NAN),
+        None => says_missing(cell).then_some(f64::NAN),
     }
 }

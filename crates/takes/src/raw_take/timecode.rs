@@ -11,17 +11,29 @@ pub(super) fn parse(text: &str) -> Option<Timecode> {
         [hours, minutes, seconds, frames, subframes] => (hours, minutes, seconds, frames, subframes),
         _ => return None,
     };
-    let is_sound = hours < 100 && minutes < 60 && seconds < 60 && text.contains(':');
     let drop_frame = text.contains(';');
-    is_sound.then_some(Timecode { hours, minutes, seconds, frames, subframes, rate: None, drop_frame })
+    let timecode = Timecode { hours, minutes, seconds, frames, subframes, rate: None, drop_frame };
+    (text.contains(':') && is_sound(&timecode)).then_some(timecode)
+}
+
+/// Whether hours, minutes and seconds are in their ranges.
+pub(super) fn is_sound(timecode: &Timecode) -> bool {
+    timecode.hours < 100 && timecode.minutes < 60 && timecode.seconds < 60
+}
+
+/// The rates that a time code may have, in frames per second. Other numbers are codes of a standard.
+const RATES: std::ops::RangeInclusive<f64> = 10.0..=240.0;
+
+/// Whether a number is fit to be the frames of a time code in a second.
+pub(super) fn is_rate(rate: f64) -> bool {
+    RATES.contains(&rate)
 }
 
 /// Frames per second in the name of a standard, such as “NTSC drop”, “PAL”, “Film” or “30 fps”.
 pub(super) fn rate(standard: &str) -> Option<f64> {
     let standard = standard.to_ascii_lowercase();
     let words = standard.split(|c: char| !c.is_ascii_digit() && c != '.');
-    let number =
-        words.filter_map(|word| word.parse::<f64>().ok()).find(|&rate| (10.0..=240.0).contains(&rate));
+    let number = words.filter_map(|word| word.parse::<f64>().ok()).find(|&rate| is_rate(rate));
     let by_name = || {
         let known =
             [("ntsc", 30000.0 / 1001.0), ("pal", 25.0), ("ebu", 25.0), ("film", 24.0), ("smpte", 30.0)];

@@ -55,7 +55,8 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
         // Markers without a label show only in the length of a row.
         let room = rows.width().saturating_sub(LEAD) / 3;
         count = count.max(markers_in(filled(&rows))).max(room.min(header.markers.unwrap_or(0)));
-        let number: Option<i64> = number(&rows, 0);
+        // Some programs write whole numbers with digits behind the point.
+        let number = number::<f64>(&rows, 0).map(|number| number as i64);
         // Numbers that continue the session say it themselves.
         header.recording.first_frame = number.filter(|&number| number > 1).or(header.recording.first_frame);
     }

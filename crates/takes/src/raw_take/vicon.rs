@@ -1,6 +1,9 @@
 //! The text that Vicon's Nexus and Shogun export as CSV or ASCII. A file has sections one below the other. A
 //! section has a line of its name, a line of its rate, a line of labels, a line of columns, a line of units,
 //! and frames. Only the section of the trajectories and that of the events are read.
+//!
+//! The older Workstation and Nexus 1 write `120,Hz`, call the first column `Field #`, and have no line of
+//! units.
 use super::frames::{self, Header, filled, number, text};
 use super::samples::Columns;
 use crate::tables::rows::Rows;
@@ -8,15 +11,20 @@ use crate::text::{Table, line_with, utf_8};
 use rhytid_core::{Error, RawTake, Result, TakeEvent};
 
 /// The names of sections, each alone in its line.
-pub(super) const SECTIONS: [&str; 6] =
-    ["Trajectories", "Model Outputs", "Devices", "Joints", "Segments", "Events"];
+pub(super) const SECTIONS: [&str; 7] =
+    ["Trajectories", "Model Outputs", "Devices", "Joints", "Segments", "Events", "Analog"];
+
+/// The names of the column of the frames' numbers.
+const FRAMES: [&str; 2] = ["Frame", "Field #"];
 
 /// Reads a file. An empty cell means that the marker was not seen.
 ///
 /// # Errors
 /// [`Error::Input`].
 pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
-    let table = Table::new(utf_8(bytes), "Frame");
+    let text_of_table = utf_8(bytes);
+    let frames = FRAMES.into_iter().find(|name| line_with(&text_of_table, name).is_some());
+    let table = Table::new(text_of_table, frames.unwrap_or(FRAMES[0]));
     let bytes: &[u8] = &table.bytes;
     let has_none = || {
         let found: Vec<&str> =
@@ -37,13 +45,13 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
     let axes = loop {
         if !rows.advance()? {
             return Err(Error::malformed(format!(
-                "{name}: has no line that begins with Frame below Trajectories, as Vicon's CSV has above its frames; \
-                 the file may be cut short"
+                "{name}: has no line that begins with Frame or Field # below Trajectories, as Vicon's CSV has above its \
+                 frames; the file may be cut short"
             )));
         }
         let cells: Vec<String> = (0..filled(&rows)).map(|column| text(&rows, column)).collect();
         let first = cells.first().map_or("", String::as_str);
-        if first.eq_ignore_ascii_case("Frame") {
+        if FRAMES.iter().any(|name| first.eq_ignore_ascii_case(name)) {
             break cells;
         }
         if first.is_empty() {
@@ -73,7 +81,9 @@ pub(super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawT
 
 /// The byte at which a section ends: before the first line below its frames that begins with a letter.
 fn end_of(section: &[u8]) -> usize {
-    let Some(frames) = line_with(section, "Frame") else { return section.len() };
+    let Some(frames) = FRAMES.into_iter().find_map(|name| line_with(section, name)) else {
+        return section.len();
+    };
     let mut at = section.len() - frames.len();
     let next_line = |at: usize| {
         let end = section[at..].iter().position(|byte| matches!(byte, b'\n' | b'\r'))?;

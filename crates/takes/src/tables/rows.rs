@@ -115,6 +115,29 @@ impl<'a> Rows<'a> {
         Ok(true)
     }
 
+    /// Goes to the next row of a table of [`Rows::separated`]; `false` after the last one. Cells behind a row's
+    /// end are empty. A last row that lacks cells, and its end of line, is left out with a warning.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if a row has cells beyond those of the header.
+    pub(crate) fn next_of_table(&mut self, warnings: &mut Vec<String>) -> Result<bool> {
+        if !self.advance()? {
+            return Ok(false);
+        }
+        let (cells, width) = (self.row.len(), self.header.len());
+        if cells < width && self.is_cut() {
+            warnings.push("the file is cut short in its last row, which is left out".into());
+            return Ok(false);
+        }
+        if (width..cells).any(|column| !self.cell(column).is_empty()) {
+            return Err(self.error(&format!(
+                "the row has {cells} cells, expected {width} as in the header; if numbers have decimal commas, separate \
+                 the cells by semicolons or tabs"
+            )));
+        }
+        Ok(true)
+    }
+
     /// How many cells the current row has.
     pub(crate) fn width(&self) -> usize {
         self.row.len()
@@ -137,7 +160,7 @@ impl<'a> Rows<'a> {
     }
 
     /// Whether the current row is the file's last one and has no end of line: the file may be cut short.
-    pub(crate) fn is_cut(&self) -> bool {
+    fn is_cut(&self) -> bool {
         let end = self.reader.position().byte() as usize;
         end >= self.bytes.len() && !matches!(self.bytes.last(), Some(b'\n' | b'\r'))
     }

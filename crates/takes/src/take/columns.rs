@@ -119,7 +119,8 @@ fn sort_header<'a>(rows: &'a Rows<'_>, wanted: Option<&[String]>) -> Result<Head
             None
         } else {
             return Err(rows.error(&format!(
-                "column {} of the header is {}, expected time, LABEL_x, LABEL_y or LABEL_z",
+                "column {} of the header is {}, expected time, LABEL_x, LABEL_y or LABEL_z; leave out what is none of \
+                 them",
                 column + 1,
                 quoted(cell)
             )));

@@ -236,6 +236,60 @@ fn the_size_of_the_file_decides_where_the_points_begin() {
 }
 
 #[test]
+fn blocks_behind_the_last_frame_move_nothing_if_no_marker_is_seen_at_first() {
+    let mut written = trial(8, 100);
+    // Five blocks of zeros, which could as well be spare blocks of the parameters.
+    for (position, fourth) in written.frames[..20].iter_mut().flatten() {
+        (*position, *fourth) = ([0.0; 3], 0);
+    }
+    let sound = read(&written.bytes(), NAME);
+    let trailing = C3d { tail: Some(5 * 512), ..written };
+    let take = read(&trailing.bytes(), NAME);
+    assert_eq!(format!("{:?}", take.tracks), format!("{:?}", sound.tracks), "{:?}", take.warnings);
+    assert_eq!(take.warnings, [""; 0]);
+}
+
+#[test]
+fn spare_blocks_of_the_parameters_are_no_points_if_the_file_is_cut() {
+    let mut written = trial(8, 100);
+    let sound = read(&written.bytes(), NAME);
+    let start = written.bytes().len() - (100 * 8 * 16_usize).next_multiple_of(512);
+    let block = (start / 512 + 1 + 5) as u16;
+    written.header.data_block = Some(block);
+    written.set("POINT", "DATA_START", Value::Words(vec![block]));
+    let mut bytes = written.bytes();
+    bytes.splice(start..start, [0; 5 * 512]);
+    assert_eq!(format!("{:?}", read(&bytes, NAME).tracks), format!("{:?}", sound.tracks));
+    bytes.truncate(bytes.len() - 2 * 512);
+    let take = read(&bytes, NAME);
+    assert_eq!(take.tracks.frames(), 92);
+    assert_eq!(
+        format!("{:?}", take.tracks.positions),
+        format!("{:?}", &sound.tracks.positions[..92 * 8]),
+        "{:?}",
+        take.warnings
+    );
+    assert!(warns(&take, "92 of its 100 frames are there"), "{:?}", take.warnings);
+}
+
+#[test]
+fn positions_that_all_count_as_not_seen_are_told() {
+    let mut written = trial(3, 6);
+    for (_, fourth) in written.frames.iter_mut().flatten() {
+        *fourth = -1;
+    }
+    let take = read(&written.bytes(), NAME);
+    assert!(take.tracks.positions.iter().all(|p| p[0].is_nan()));
+    // One point of the trial has no position either.
+    assert!(warns(&take, "every point has a residual below 0"), "{:?}", take.warnings);
+    written.frames[0][0].1 = 0;
+    assert!(!warns(&read(&written.bytes(), NAME), "every point has a residual below 0"));
+    let gaps = written.frames.iter_mut().flatten();
+    gaps.for_each(|point| *point = ([0.0; 3], -1));
+    assert!(!warns(&read(&written.bytes(), NAME), "every point has a residual below 0"));
+}
+
+#[test]
 fn points_that_a_model_computed_are_left_out() {
     let texts = |texts: &[&str]| Value::Texts(texts.iter().map(|&t| t.to_owned()).collect());
     let mut written = trial(6, 10);
@@ -259,6 +313,10 @@ fn points_that_a_model_computed_are_left_out() {
         "{:?}",
         take.warnings
     );
+    // A list goes on in parameters with a number.
+    written.set("POINT", "ANGLES2", texts(&["cap"]));
+    assert_eq!(read(&written.bytes(), NAME).tracks.labels, ["jaw00", "lip"]);
+    written.remove("POINT", "ANGLES2");
     // A file of virtual points alone is a take; one of angles alone is none.
     let labels = ["jaw00", "LKneeAngles", "lip", "COM", "Work", "cap"];
     written.set("POINT", "MODELED_MARKERS", texts(&labels));

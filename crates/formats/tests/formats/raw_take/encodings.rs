@@ -85,4 +85,6 @@ fn lines_that_a_header_may_lack() {
     check(TRC.split_once('\n').unwrap().1.as_bytes(), "a.txt");
     check(TRC.replace("\t\tX1\tY1\tZ1\tX2\tY2\tZ2\n", "").as_bytes(), "a.trc");
     check(TRC.replace('\n', "\t\t\n").as_bytes(), "a.trc");
+    // A line feed and a P are how a C3D file could begin.
+    check(format!("\n{TRC}").as_bytes(), "a.trc");
 }

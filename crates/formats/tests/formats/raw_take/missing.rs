@@ -89,9 +89,12 @@ fn vicon(none: &str) -> String {
 }
 
 /// The spellings in text, and whether a warning should name the number.
-const IN_TEXT: [(&str, bool); 12] = [
+const IN_TEXT: [(&str, bool); 15] = [
     ("", false),
     ("NaN", false),
+    ("-nan(ind)", false),
+    ("1.#QNAN", false),
+    ("null", false),
     ("0", false),
     ("0.000", false),
     ("-0.0", false),
@@ -211,7 +214,7 @@ fn a_marker_that_may_be_at_the_origin_is_kept_and_asked_about() {
         );
         assert!(warns(&take, "\"a1\"; was such a marker really there?"), "{:?}", take.warnings);
     }
-    let jumps = beside(|i| if i == 30 { [0.0; 3] } else { passing(i).map(|x| x + 20.0) });
+    let jumps = beside(|i| if i == 30 { [0.0; 3] } else { passing(i).map(|x| x + 3.0) });
     assert_eq!((gaps(&jumps), jumps.warnings.len()), (1, 0), "{:?}", jumps.warnings);
 }
 
@@ -226,13 +229,22 @@ fn a_marker_that_is_nowhere_else_was_never_seen() {
 fn wild_positions_and_far_props_are_no_gaps() {
     // A ghost far away, in one frame.
     let ghost = beside(|i| if i == 9 { [8e4, -7e4, 9e4] } else { [3.0, i as f32, 900.0] });
+    // A number that programs use for “not seen”, but in two frames alone.
+    let rare = beside(|i| if i % 40 == 9 { [99_999.0, 6.0, 7.0] } else { [3.0, i as f32, 900.0] });
     // A prop that lies far from the rest, in whole numbers.
     let prop = beside(|_| [30_000.0, -21_000.0, 14.0]);
+    // A prop at equal numbers on two axes, twice as far out as the rest.
+    let near = beside(|_| [2_100.0, -2_100.0, 14.0]);
     // Flat data.
     let flat = beside(|i| [i as f32, 2.0, 1000.0]);
-    for take in [ghost, prop, flat] {
+    for take in [ghost, rare, prop, near, flat] {
         assert_eq!((gaps(&take), take.warnings.len()), (0, 0), "{:?}", take.warnings);
     }
     let written = trial(7, 40);
     assert_eq!(gaps(&read(&written.bytes(), "a.c3d")), 1);
+    // In integers, a coordinate at the end of their range is a position if another one is not.
+    let mut edge = c3d([4095.875; 3], 0x0300);
+    let points = edge.frames.iter_mut().flatten();
+    points.filter(|(position, _)| position[0] == 4095.875).for_each(|(position, _)| position[1] = 700.0);
+    assert_eq!(gaps(&read(&edge.integer(0.125).bytes(), "a.c3d")), 0);
 }

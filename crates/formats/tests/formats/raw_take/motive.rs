@@ -51,6 +51,8 @@ fn markers_are_found_among_bodies() {
 fn keys_that_are_wrong_or_missing() {
     let cm = read(FILE.replace("Meters", "Centimeters").as_bytes(), NAME);
     assert_eq!(cm.metres_per_unit, Some(0.01));
+    let comma = read(FILE.replace("\"Take, one\"", "Take, one").as_bytes(), NAME);
+    assert_eq!((comma.metres_per_unit, comma.warnings.len()), (Some(1.0), 1), "{:?}", comma.warnings);
     let none = read(FILE.replace("Length Units,Meters", "Length,Meters").as_bytes(), NAME);
     assert!(none.metres_per_unit.is_none() && warns(&none, "Length Units names no unit"));
     assert!(warns(&read(FILE.replace("1.23", "2.0").as_bytes(), NAME), "version is \"2.0\""));

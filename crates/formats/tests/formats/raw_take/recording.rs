@@ -39,12 +39,21 @@ fn a_c3d_file_has_a_time_code_and_events() {
     }
     assert_eq!((events(&take).len(), take.tracks.rate()), (2, 120.0));
 
+    // 75 minutes are no time code.
+    written.set("TIMECODE", "MINUTES", Value::Words(vec![75]));
+    let take = read(&written.bytes(), "a.c3d");
+    assert_eq!((take.recording.timecode, take.tracks.times[0]), (None, 2.0));
+
     let mut written = trial(2, 8);
     written.set("SMPTE", "TIMECODE", texts(&["23:59:58:24"]));
     written.set("SMPTE", "RATE", Value::Floats(vec![25.0]));
     let take = read(&written.bytes(), "a.c3d");
     let timecode = take.recording.timecode.unwrap();
     assert_eq!((timecode.to_string().as_str(), timecode.rate), ("23:59:58:24", Some(25.0)));
+    // The code of a standard is no rate.
+    written.set("SMPTE", "RATE", Value::Floats(vec![2.0]));
+    let take = read(&written.bytes(), "a.c3d");
+    assert_eq!(take.recording.timecode.unwrap().rate, None);
 }
 
 #[test]
@@ -68,7 +77,7 @@ fn events_of_the_header_count_where_the_group_has_none() {
 #[test]
 fn text_formats_have_a_start_or_events() {
     let qualisys = "NO_OF_FRAMES\t2\nNO_OF_MARKERS\t1\nFREQUENCY\t100\nTIME_STAMP\t2024-01-01, 10:00:00.000\t12.5\n\
-        EVENT\tclap\t51\t0.50000\nEVENT\tend\t101\nDATA_INCLUDED\t3D\nMARKER_NAMES\tjaw00\n\
+        EVENT\tclap\t51\t0.50500\nEVENT\tend\t101\nDATA_INCLUDED\t3D\nMARKER_NAMES\tjaw00\n\
         Frame\tTime\tSMPTE\tjaw00 X\tjaw00 Y\tjaw00 Z\n1\t0.00000\t10:00:00:12.3\t1\t2\t3\n2\t0.01\t10:00:00:13.0\t1\t2\t3\n";
     for text in [qualisys.to_owned(), qualisys.replace("Frame\tTime\tSMPTE\tjaw00 X\tjaw00 Y\tjaw00 Z\n", "")]
     {
@@ -79,7 +88,7 @@ fn text_formats_have_a_start_or_events() {
         assert_eq!(take.recording.timecode.unwrap().to_string(), "10:00:00:12.3");
         // Without a rate of the time code, its frames are the take's: 12 and 3 of 100 a second.
         assert!((take.tracks.times[0] - 36_000.15).abs() < 1e-9);
-        for (found, expected) in events(&take).into_iter().zip([("clap", 36_000.65), ("end", 36_001.15)]) {
+        for (found, expected) in events(&take).into_iter().zip([("clap", 36_000.655), ("end", 36_001.15)]) {
             assert!(found.0 == expected.0 && (found.1 - expected.1).abs() < 1e-9, "{found:?} {expected:?}");
         }
     }
@@ -89,13 +98,16 @@ fn text_formats_have_a_start_or_events() {
     let take = read(motive.as_bytes(), "a.csv");
     assert_eq!(take.recording.started.as_deref(), Some("2024-01-01 10.00.00.000 AM"));
     assert_eq!(take.recording.first_frame, Some(77));
-    let trc = |orig: &str, number: usize| {
+    let trc = |orig: &str, number: usize, digits: &str| {
         format!(
             "PathFileType\t4\nDataRate\tUnits\tOrigDataStartFrame\n100\tmm\t{orig}\nFrame#\tTime\ta\t\t\n\
-             \t\tX1\tY1\tZ1\n{number}\t{}\t1\t2\t3\n",
+             \t\tX1\tY1\tZ1\n{number}{digits}\t{}\t1\t2\t3\n",
             (number - 1) as f64 / 100.0
         )
     };
-    assert_eq!(read(trc("241", 1).as_bytes(), "a.trc").recording.first_frame, Some(241));
-    assert_eq!(read(trc("1", 500).as_bytes(), "a.trc").recording.first_frame, Some(500));
+    for digits in ["", ".000"] {
+        let first = |orig, number| read(trc(orig, number, digits).as_bytes(), "a.trc").recording.first_frame;
+        assert_eq!(first("241", 1), Some(241));
+        assert_eq!(first("1", 500), Some(500));
+    }
 }

@@ -206,6 +206,10 @@ fn times_that_contradict_the_rate_win() {
         (5.991667, true),
         "{said}"
     );
+    // A frame that comes most of a frame late.
+    let late = |i: usize| format!("{:.6}", i as f64 / 120.0 + if i == 300 { 0.8 / 120.0 } else { 0.0 });
+    let (found, said) = times_of("120", |i| i + 1, late);
+    assert!(found[300] == 2.506667 && said.contains("the times are used"), "{} {said}", found[300]);
     // Milliseconds and no rate: 120, and not the 125 of most steps.
     let (found, said) = times_of("0", |i| i + 1, |i| format!("{:.3}", i as f64 / 120.0));
     assert_eq!(found[599], 599.0 / 120.0);

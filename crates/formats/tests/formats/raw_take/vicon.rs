@@ -35,6 +35,26 @@ fn trajectories_are_found_among_other_sections() {
     assert_eq!(read(with.as_bytes(), NAME).tracks.labels, take.tracks.labels);
 }
 
+/// As Vicon's Workstation and Nexus 1 write it.
+const WORKSTATION: &str = "\
+ANALOG\n1000,Hz\nSample #,Fx\n1,0.5\n2,0.5\n\n\
+TRAJECTORIES\n100,Hz\n,Anna:jaw00,,,Anna:lip,,\nField #,X,Y,Z,X,Y,Z\n11,1,2,3,4,5,6\n12,1.5,2,3,,,\n\n\
+EVENTS\n100,Hz\n";
+
+#[test]
+fn older_programs_of_vicon_have_other_words() {
+    for text in [WORKSTATION, &WORKSTATION[WORKSTATION.find("TRAJ").unwrap()..]] {
+        let take = read(text.as_bytes(), NAME);
+        assert_eq!(take.tracks.labels, ["Anna:jaw00", "Anna:lip"]);
+        assert_eq!(take.tracks.times, [10.0 / 100.0, 11.0 / 100.0]);
+        assert_eq!(take.tracks.positions[..2], [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+        assert!(is_missing(&take.tracks.positions[3]));
+        // The program writes no line of units.
+        assert!(take.metres_per_unit.is_none() && warns(&take, "names no unit"), "{:?}", take.warnings);
+        assert_eq!(take.warnings.len(), 1, "{:?}", take.warnings);
+    }
+}
+
 #[test]
 fn what_is_wrong_is_said() {
     let without = FILE.replace("Trajectories\n", "Something\n");

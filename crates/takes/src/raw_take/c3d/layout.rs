@@ -61,6 +61,13 @@ impl Layout {
         self.points * self.storage.point_bytes() + self.analog * self.storage.number_bytes()
     }
 
+    /// Whether the file has nothing but zeros behind the promised frames, which are there.
+    fn is_padded(&self, file: &[u8]) -> bool {
+        let frames = usize::try_from(self.promised).unwrap_or(usize::MAX);
+        let behind = file.get(self.start.saturating_add(frames.saturating_mul(self.frame_bytes()))..);
+        behind.is_some_and(|bytes| bytes.iter().all(|byte| *byte == 0))
+    }
+
     /// How well the file's `bytes` fit the claim.
     fn fit(&self, bytes: usize) -> Fit {
         let available = (bytes - self.start) as u64;
@@ -169,6 +176,7 @@ pub(super) fn find(
     }
     let by_size = match best {
         Some((Fit::Exact, _)) => None,
+        Some((Fit::Inside, stated)) if stated.is_padded(file) => None,
         _ => by_size(file, sections, best.map(|(_, stated)| stated.start), &shapes),
     };
     let mut layout = match (by_size, best) {

@@ -37,12 +37,13 @@ pub(super) fn read(
     };
     // If no point was measured, the writer knew nothing of residuals and left them at zero.
     let any = |wanted: fn(&Seen) -> bool| frames.clone().any(|frame| points(frame).any(|seen| wanted(&seen)));
-    let tells = any(|seen| matches!(seen, Seen::Measured(_))) && any(|seen| matches!(seen, Seen::Filled(_)));
+    let has_measured = any(|seen| matches!(seen, Seen::Measured(_)));
+    let has_filled = any(|seen| matches!(seen, Seen::Filled(_)));
+    let tells = has_measured && has_filled;
     let confidence = |seen| if matches!(seen, Seen::Filled(_)) { RawTake::FILLED } else { 1.0 };
     let samples = layout.frames * layout.points;
-    let is_unseen = |seen: &Seen| matches!(seen, Seen::Unseen(p) if *p != [0.0; 3]);
-    let unseen: usize = frames.clone().map(|frame| points(frame).filter(is_unseen).count()).sum();
-    if unseen == samples {
+    let has_positions = || any(|seen| matches!(seen, Seen::Unseen(position) if *position != [0.0; 3]));
+    if !has_measured && !has_filled && has_positions() {
         warnings.push(
             "every point has a residual below 0 and counts as not seen, though there are positions; if they are \
              right, export the file anew with residuals"

@@ -56,9 +56,9 @@ fn timecode_of(parameters: &Parameters<'_>, group: &str) -> Option<Timecode> {
         Timecode { hours, minutes, seconds, frames, subframes, rate: None, drop_frame: false }
     });
     let by_text = || timecode::parse(&text(&["TIMECODE", "START", "OFFSET", "VALUE", "TIME"])?);
-    let mut timecode = by_parts.or_else(by_text)?;
-    let rate = number(&["RATE", "FRAME_RATE", "FPS", "STANDARD"]).or_else(|| timecode::rate(&standard));
-    timecode.rate = rate.filter(|&rate| super::clock::is_rate(rate));
+    let mut timecode = by_parts.filter(timecode::is_sound).or_else(by_text)?;
+    let rate = number(&["RATE", "FRAME_RATE", "FPS", "STANDARD"]).filter(|&rate| timecode::is_rate(rate));
+    timecode.rate = rate.or_else(|| timecode::rate(&standard));
     timecode.drop_frame |=
         timecode::drops(&standard) || number(&["DROP", "DROPFRAME", "DROP_FRAME"]) == Some(1.0);
     Some(timecode)

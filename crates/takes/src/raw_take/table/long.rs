@@ -11,7 +11,7 @@ use std::collections::HashMap;
 struct Sample {
     frame: usize,
     label: usize,
-    position: Option<[f64; 3]>,
+    position: [f64; 3],
     confidence: f32,
 }
 
@@ -35,12 +35,7 @@ pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> R
     let mut place_of_frame: HashMap<Vec<u8>, usize> = HashMap::new();
     let mut images: Vec<[f64; 2]> = Vec::new();
     let mut warnings = Vec::new();
-    let width = rows.header().len();
-    while rows.advance()? {
-        if rows.width() < width && rows.is_cut() {
-            warnings.push("the file is cut short in its last row, which is left out".to_owned());
-            break;
-        }
+    while rows.next_of_table(&mut warnings)? {
         let label = rows.text(columns.label)?;
         if label.is_empty() {
             return Err(rows.error(&format!(
@@ -112,7 +107,7 @@ pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> R
             continue;
         }
         let is_seen = all_unsure || sample.confidence > 0.0;
-        found.positions[at] = sample.position.filter(|_| is_seen).unwrap_or(RawTake::MISSING);
+        found.positions[at] = if is_seen { sample.position } else { RawTake::MISSING };
         found.confidence[at] = if all_unsure { 1.0 } else { sample.confidence };
     }
     if twice > 0 {

@@ -1,7 +1,8 @@
 //! The 468 or 478 landmarks of MediaPipe's face mesh, in coordinates of an image.
 use super::Found;
+use rhytid_core::RawTake;
 use rhytid_core::numbers::median;
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 /// The landmarks of the face, without and with those of the irises.
 const LANDMARKS: [usize; 2] = [468, 478];
@@ -22,17 +23,34 @@ const PROPORTION: f64 = 17.67 / 15.33;
 const IMAGES: [[f64; 2]; 7] =
     [[16.0, 9.0], [4.0, 3.0], [3.0, 2.0], [1.0, 1.0], [2.0, 3.0], [3.0, 4.0], [9.0, 16.0]];
 
-/// Whether these labels are MediaPipe's landmarks.
-pub(crate) fn is_face_mesh<'a>(labels: impl ExactSizeIterator<Item = &'a str>) -> bool {
-    LANDMARKS.contains(&labels.len()) && numbers(&labels.map(str::to_owned).collect::<Vec<_>>()).is_some()
+/// Whether these labels have MediaPipe's landmarks of a face among them.
+pub(crate) fn is_face_mesh<'a>(labels: impl Iterator<Item = &'a str>) -> bool {
+    mesh(&labels.map(str::to_owned).collect::<Vec<_>>()).is_some()
 }
 
-/// Whether the labels are MediaPipe's landmarks. If they are, they become `mesh0` and so on. The positions
-/// get equal axes: x to the right of the image, y up and z to the camera. The face gets a usual height, in
-/// millimetres.
+/// Whether MediaPipe's landmarks are among the labels. If they are, they become `mesh0` and so on, and the
+/// others are left out, such as those of the body. The positions get equal axes: x to the right of the image,
+/// y up and z to the camera. The face gets a usual height, in millimetres.
 pub(super) fn recognise(found: &mut Found) -> bool {
-    let Some(numbers) = numbers(&found.labels) else { return false };
+    let Some(mesh) = mesh(&found.labels) else { return false };
+    let others = found.labels.len() - mesh.len();
+    if others > 0 {
+        found.warnings.push(format!(
+            "{others} markers are none of the face mesh of {} landmarks and are left out",
+            mesh.len()
+        ));
+        let m = found.labels.len();
+        let places =
+            || (0..found.positions.len() / m).flat_map(|frame| mesh.iter().map(move |l| frame * m + l.place));
+        (found.positions, found.confidence) =
+            (places().map(|i| found.positions[i]).collect(), places().map(|i| found.confidence[i]).collect());
+    }
+    let numbers: Vec<usize> = mesh.iter().map(|landmark| landmark.number).collect();
     found.labels = numbers.iter().map(|number| format!("mesh{number}")).collect();
+    // No landmark is exactly in the image's corner.
+    for position in found.positions.iter_mut().filter(|position| **position == [0.0; 3]) {
+        *position = RawTake::MISSING;
+    }
     let seen = || found.positions.iter().filter(|p| !p[0].is_nan());
     let largest = seen().map(|[x, y, _]| x.abs().max(y.abs())).fold(0.0, f64::max);
     let m = found.labels.len();
@@ -57,21 +75,37 @@ pub(super) fn recognise(found: &mut Found) -> bool {
     true
 }
 
-/// The number of each landmark; `None` if the labels are not all of them. People count from 0 or 1.
-fn numbers(labels: &[String]) -> Option<Vec<usize>> {
-    if !LANDMARKS.contains(&labels.len()) {
+/// A landmark of the face.
+struct Landmark {
+    /// Its place among the labels.
+    place: usize,
+    /// Its number after MediaPipe, from 0.
+    number: usize,
+}
+
+/// The landmarks of the face, in the order of the labels: all labels that are one word with the numbers of a
+/// whole face. `None` if there are none. People count from 0 or 1.
+fn mesh(labels: &[String]) -> Option<Vec<Landmark>> {
+    if labels.len() < LANDMARKS[0] {
         return None;
     }
-    let number = |label: &String| -> Option<usize> {
-        let digits = label.len() - label.trim_end_matches(|c: char| c.is_ascii_digit()).len();
-        label[label.len() - digits..].parse().ok()
-    };
-    let numbers = labels.iter().map(number).collect::<Option<Vec<usize>>>()?;
-    let mut sorted = numbers.clone();
-    sorted.sort_unstable();
-    let first = sorted[0];
-    let is_all = first <= 1 && sorted.iter().enumerate().all(|(i, &number)| number == first + i);
-    is_all.then(|| numbers.iter().map(|number| number - first).collect())
+    let mut by_word: BTreeMap<&str, Vec<Landmark>> = BTreeMap::new();
+    for (place, label) in labels.iter().enumerate() {
+        let word = label.trim_end_matches(|c: char| c.is_ascii_digit());
+        if let Ok(number) = label[word.len()..].parse() {
+            by_word.entry(word).or_default().push(Landmark { place, number });
+        }
+    }
+    by_word.into_values().find_map(|mut landmarks| {
+        let mut sorted: Vec<usize> = landmarks.iter().map(|landmark| landmark.number).collect();
+        sorted.sort_unstable();
+        let first = sorted[0];
+        let is_all = LANDMARKS.contains(&sorted.len())
+            && first <= 1
+            && sorted.iter().enumerate().all(|(i, &number)| number == first + i);
+        landmarks.iter_mut().for_each(|landmark| landmark.number -= first);
+        is_all.then_some(landmarks)
+    })
 }
 
 /// The factors of x, y and z in each frame that give equal axes, by the image's width and height.

@@ -9,6 +9,7 @@ pub(crate) use mediapipe::is_face_mesh;
 pub(super) use openface::decode as openface;
 pub(super) use wide::decode as wide;
 
+use super::samples::coordinate;
 use super::{labels, units};
 use crate::stamps::Times;
 use crate::tables::rows::Rows;
@@ -30,6 +31,12 @@ struct Found {
 }
 
 impl Found {
+    /// No frames yet of markers with these labels.
+    fn new(labels: Vec<String>, unit: String) -> Self {
+        let (positions, confidence, images, warnings) = Default::default();
+        Self { labels, positions, confidence, unit, images, warnings }
+    }
+
     /// The raw take of the rows `times.kept`. Landmarks of MediaPipe are brought into a space of equal axes.
     fn into_take(mut self, times: Times) -> RawTake {
         let m = self.labels.len();
@@ -52,35 +59,22 @@ impl Found {
     }
 }
 
-/// The position in three cells. `None` where the marker was not seen: an empty cell, one that says that it is
-/// no number, or all three 0.
+/// The position in three cells. It is missing where one of them is empty or says that it is no number.
 ///
 /// # Errors
 /// [`Error::Input`] for a cell that is neither.
-fn position(rows: &Rows<'_>, columns: [usize; 3]) -> Result<Option<[f64; 3]>> {
+fn position(rows: &Rows<'_>, columns: [usize; 3]) -> Result<[f64; 3]> {
     let mut position = [0.0; 3];
-    let mut is_missing = false;
     for (value, column) in position.iter_mut().zip(columns) {
-        match rows.number(column) {
-            Some(number) if number.abs() <= f64::from(f32::MAX) => *value = number,
-            Some(number) if !number.is_finite() => is_missing = true,
-            None if says_missing(rows.cell(column)) => is_missing = true,
-            _ => {
-                return Err(rows.error(&format!(
-                    "{} is {}, expected a coordinate, or nothing where a marker was not seen",
-                    quoted(&rows.header()[column]),
-                    quoted(&String::from_utf8_lossy(rows.cell(column)))
-                )));
-            }
-        }
+        *value = coordinate(rows.cell(column), rows.number(column)).ok_or_else(|| {
+            rows.error(&format!(
+                "{} is {}, expected a coordinate, or nothing where a marker was not seen",
+                quoted(&rows.header()[column]),
+                quoted(&String::from_utf8_lossy(rows.cell(column)))
+            ))
+        })?;
     }
-    Ok((!is_missing && position != [0.0; 3]).then_some(position))
-}
-
-/// Whether a cell stands for “no number”.
-fn says_missing(cell: &[u8]) -> bool {
-    const WORDS: [&[u8]; 9] = [b"", b"-", b"na", b"n/a", b"null", b"none", b"missing", b"#n/a", b"nil"];
-    WORDS.iter().any(|word| cell.eq_ignore_ascii_case(word)) || cell.contains(&b'#')
+    Ok(if position.iter().any(|x| x.is_nan()) { RawTake::MISSING } else { position })
 }
 
 /// The confidence in a cell from 0 to 1; 1 where there is none. Numbers outside are cut off.

@@ -31,20 +31,8 @@ pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> R
     let [success, confidence, face] = ["success", "confidence", "face_id"].map(place);
     let face = face.map_or_else(|| Ok(None), |face| main_face(bytes, name, face, success))?;
     let mut stamps = Stamps::new(StampColumns::of(rows.header()));
-    let mut found = Found {
-        labels: (0..LANDMARKS).map(|i| format!("lm{i}")).collect(),
-        positions: Vec::new(),
-        confidence: Vec::new(),
-        unit: "mm".into(),
-        images: Vec::new(),
-        warnings: Vec::new(),
-    };
-    let width = rows.header().len();
-    while rows.advance()? {
-        if rows.width() < width && rows.is_cut() {
-            found.warnings.push("the file is cut short in its last row, which is left out".into());
-            break;
-        }
+    let mut found = Found::new((0..LANDMARKS).map(|i| format!("lm{i}")).collect(), "mm".into());
+    while rows.next_of_table(&mut found.warnings)? {
         if let Some(face) = &face
             && rows.cell(face.column) != face.id
         {
@@ -55,8 +43,8 @@ pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> R
         let is_found = success.is_none_or(|column| rows.number(column) != Some(0.0));
         let sure = confidence.and_then(|column| rows.number(column)).unwrap_or(1.0);
         for &columns in &columns {
-            let at = position(&rows, columns)?.filter(|_| is_found);
-            found.positions.push(at.map_or(RawTake::MISSING, |[x, y, z]| [x, -y, -z]));
+            let [x, y, z] = position(&rows, columns)?;
+            found.positions.push(if is_found { [x, -y, -z] } else { RawTake::MISSING });
             found.confidence.push(if sure < SURE { sure.clamp(0.0, 1.0) as f32 } else { 1.0 });
         }
     }

@@ -15,25 +15,14 @@ pub(in super::super) fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> R
     let columns = WideColumns::of(rows.header());
     let image = image_columns(rows.header());
     let mut stamps = Stamps::new(StampColumns::of(rows.header()));
-    let mut found = Found {
-        labels: columns.markers.iter().map(|marker| marker.label.clone()).collect(),
-        positions: Vec::new(),
-        confidence: Vec::new(),
-        unit: columns.unit,
-        images: Vec::new(),
-        warnings: Vec::new(),
-    };
-    let width = rows.header().len();
-    while rows.advance()? {
-        if rows.width() < width && rows.is_cut() {
-            found.warnings.push("the file is cut short in its last row, which is left out".into());
-            break;
-        }
+    let labels = columns.markers.iter().map(|marker| marker.label.clone()).collect();
+    let mut found = Found::new(labels, columns.unit);
+    while rows.next_of_table(&mut found.warnings)? {
         stamps.push(&rows)?;
         check_room(&rows, found.positions.len() + columns.markers.len(), bytes.len())?;
         for marker in &columns.markers {
             let sure = confidence(&rows, marker.confidence);
-            found.positions.push(position(&rows, marker.columns)?.unwrap_or(RawTake::MISSING));
+            found.positions.push(position(&rows, marker.columns)?);
             found.confidence.push(sure);
         }
         if let Some([w, h]) = image {
