@@ -57,15 +57,38 @@ pub(crate) fn moved(
         let shown: Vec<Vec<DVec3>> = now.iter().map(|point| shown_at(skin, point)).collect();
         let weights: Vec<Vec<f64>> =
             (0..frames).into_par_iter().map(|f| weights(&shown, motions, f)).collect();
-        let next: Vec<Option<SurfacePoint>> = points
+        let wished: Vec<Vec<SurfacePoint>> = points
             .par_iter()
             .zip(motions)
             .map(|(point, motion)| better(skin, point, motion, &weights, metres_per_unit))
             .collect();
+        let next = each_its_own(skin, points, &wished);
         if next == moved {
             break;
         }
         moved = next;
+    }
+    moved
+}
+
+/// For each marker the first of its wishes that is no other marker's place. None for a marker without one:
+/// it stays at its point.
+fn each_its_own(
+    skin: &Skin,
+    points: &[SurfacePoint],
+    wished: &[Vec<SurfacePoint>],
+) -> Vec<Option<SurfacePoint>> {
+    let mut places: Vec<DVec3> = points.iter().map(|point| skin.at(point)).collect();
+    let mut moved = vec![None; points.len()];
+    for (i, wishes) in wished.iter().enumerate() {
+        let is_free = |point: &&SurfacePoint| {
+            let place = skin.at(point);
+            (0..places.len()).all(|j| j == i || skin.are_apart(places[j], place))
+        };
+        if let Some(point) = wishes.iter().find(is_free) {
+            places[i] = skin.at(point);
+            moved[i] = Some(*point);
+        }
     }
     moved
 }
@@ -102,14 +125,14 @@ fn weights(shown: &[Vec<DVec3>], motions: &[Vec<DVec3>], f: usize) -> Vec<f64> {
     }
 }
 
-/// A near vertex that shows the motion, if the point does not.
+/// The near vertices that show the motion, the best one first. Empty if the point shows it.
 fn better(
     skin: &Skin,
     point: &SurfacePoint,
     motion: &[DVec3],
     weights: &[Vec<f64>],
     metres_per_unit: f64,
-) -> Option<SurfacePoint> {
+) -> Vec<SurfacePoint> {
     let there = || motion.iter().zip(weights).filter(|(moved, _)| seen(**moved));
     let squares: f64 = there().map(|(moved, _)| moved.length_squared()).sum();
     let rms = (squares / there().count().max(1) as f64).sqrt();
@@ -122,7 +145,7 @@ fn better(
         there().map(of_frame).sum::<f64>() / squares
     };
     if rms * metres_per_unit < MOVES || left(point) < UNSHOWN {
-        return None;
+        return Vec::new();
     }
     let (here, reach) = (skin.at(point), REACH / metres_per_unit);
     let cost = |v: VertexId| {
@@ -131,5 +154,60 @@ fn better(
         (left <= SHOWN).then_some((left + NEARER * away * away, point))
     };
     let near = skin.vertices_within(here, reach);
-    near.into_iter().filter_map(cost).min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, point)| point)
+    let mut found: Vec<(f64, SurfacePoint)> = near.into_iter().filter_map(cost).collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0));
+    found.into_iter().map(|(_, point)| point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rhytid_core::Face;
+
+    /// How far each example moves a vertex, in millimetres.
+    fn shown(face: &Face, v: usize) -> Vec<DVec3> {
+        let at = |positions: &[[f64; 3]]| DVec3::from_array(positions[v]) * face.metres_per_unit * 1e3;
+        face.examples.iter().map(|example| at(&example.positions) - at(&face.neutral.positions)).collect()
+    }
+
+    /// Markers on the mesh that move as it does, but for two at one place that go with places beside it.
+    #[test]
+    fn markers_go_where_the_mesh_moves_as_they_do_and_never_to_one_place() {
+        let face = rhytid_demo::face(20_000);
+        let skin = Skin::from_face(&face).unwrap();
+        let open = skin.vertices_within(skin.middle(), f64::INFINITY);
+        let (reach, all) = (REACH / face.metres_per_unit, |v: &VertexId| shown(&face, v.index()));
+        let square = |motion: &[DVec3]| motion.iter().map(|d| d.length_squared()).sum::<f64>();
+        let unlike = |a: &[DVec3], b: &[DVec3]| {
+            a.iter().zip(b).map(|(a, b)| a.distance_squared(*b)).sum::<f64>() / square(a)
+        };
+        // A vertex that moves little beside one that moves a lot.
+        let moving = |v: &&VertexId| square(&all(v)) > 16.0 * face.examples.len() as f64;
+        let beside = |v: &VertexId| {
+            let near = skin.vertices_within(skin.at(&(*v).into()), 0.7 * reach);
+            let motion = all(v);
+            near.into_iter().find(|w| unlike(&motion, &all(w)) > 0.8)
+        };
+        let (target, start) = open.iter().filter(moving).find_map(|v| Some((*v, beside(v)?))).unwrap();
+        let mut points: Vec<SurfacePoint> = open.iter().step_by(40).map(|v| (*v).into()).collect();
+        let count = points.len();
+        // Frames that show one example each, in mesh units.
+        let metres = 1e-3 / face.metres_per_unit;
+        let of = |v: usize| shown(&face, v).into_iter().map(|d| d * metres).collect::<Vec<_>>();
+        let mut motions: Vec<Vec<DVec3>> =
+            points.iter().map(|point| of(point.nearest_vertex().index())).collect();
+        for _ in 0..2 {
+            points.push(start.into());
+            motions.push(of(target.index()));
+        }
+        let found = moved(&skin, &points, &motions, face.metres_per_unit);
+        assert!(found[..count].iter().all(Option::is_none), "a marker that moves as the mesh does stays");
+        let [a, b] = [count, count + 1].map(|i| found[i].unwrap());
+        assert!(skin.are_apart(skin.at(&a), skin.at(&b)), "{a:?} {b:?}");
+        for point in [a, b] {
+            let v = point.vertex().unwrap();
+            assert!(skin.at(&point).distance(skin.at(&start.into())) <= reach);
+            assert!(unlike(&all(&target), &all(&v)) < 0.3, "{}", unlike(&all(&target), &all(&v)));
+        }
+    }
 }

@@ -155,6 +155,7 @@ fn usable(
         tracks,
         metres_per_unit: raw.metres_per_unit,
         in_head_space: raw.in_head_space,
+        is_video: raw.is_video,
         ..RawTake::default()
     })
 }

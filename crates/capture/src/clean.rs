@@ -1,4 +1,5 @@
 //! The clean-up: all steps in their order.
+use crate::event_words::{not_to_be_trusted, unlike};
 use crate::events::{confidence, event, filled_before, runs};
 use crate::expected::Suspects;
 use crate::gaps::Filled;
@@ -16,10 +17,9 @@ use crate::{
 };
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Error, Progress, RawTake, Remedy, Result, RigidMotion, Take, TakeEvent, Warning, human};
+use rhytid_core::{Error, Progress, RawTake, Result, RigidMotion, Take, TakeEvent, Warning};
 use rhytid_geometry::registration::Similarity;
 use std::borrow::Cow;
-use std::cmp::{Ordering, Reverse};
 
 /// A clean take, and a report of what was done.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,19 +33,13 @@ pub struct Cleaned {
 /// Confidence of positions that a spline filled.
 const SPLINE_CONFIDENCE: f32 = 0.8;
 /// Confidence of positions that the low-rank model filled.
-const MODEL_CONFIDENCE: f32 = 0.5;
-/// Confidence of positions that had another marker's label again and again.
-const SHUFFLED_CONFIDENCE: f32 = 0.8;
+pub(crate) const MODEL_CONFIDENCE: f32 = 0.5;
+/// Confidence of positions that had another marker's label.
+pub(crate) const SHUFFLED_CONFIDENCE: f32 = 0.8;
 /// Above this RMS noise, in millimetres, markers are filtered unless told otherwise.
 const NOISY: f64 = 0.05;
 /// Default cut-off of the markers' filter, in Hz.
 const LOW_PASS: f64 = 12.0;
-
-/// Steps that a warning names.
-const NAMED_STEPS: usize = 3;
-
-/// A pose that is less like its example is worth a look.
-const LIKE: f64 = 0.6;
 
 /// Cleans a take for a rig's handles.
 ///
@@ -78,7 +72,7 @@ pub fn clean(
     let mut tracks = Tracks::new(&mut file);
     events.extend(edits::apply(&mut tracks, &settings.edits, &target.labels, &file.labels, &matched)?);
     step(1)?;
-    let unmeasured = unmeasured::leave_out(&mut matched, &tracks, &file.labels);
+    let unmeasured = unmeasured::leave_out(&mut matched, &tracks, &file.labels, in_head_space);
     warnings.extend(unmeasured.into_iter().map(Warning::from));
     let (head, rigid) =
         without_head(&mut tracks, &matched, &file.labels, in_head_space, is_video, settings, &mut warnings)?;
@@ -431,115 +425,6 @@ fn of_gap(gap: &Filled, is_left: bool) -> Event {
         kind => (kind, 0.0),
     };
     event(kind, gap.marker, gap.frames.clone(), confidence)
-}
-
-/// A warning about poses that differ from their example.
-fn unlike(poses: &[Pose]) -> Option<String> {
-    let worst =
-        poses.iter().min_by(|a, b| a.likeness.total_cmp(&b.likeness)).filter(|pose| pose.likeness < LIKE)?;
-    Some(format!(
-        "in frame {} the actor's expression differs from the example “{}” (likeness {:.2} of 1); look at \
-         this frame, or leave the pose out",
-        worst.frame, worst.example, worst.likeness
-    ))
-}
-
-/// Warnings that a person should read before the take is used: a sentence for each kind of event.
-fn not_to_be_trusted(events: &[Event], labels: &[String], rate: f64) -> Vec<Warning> {
-    let of = |kind: Kind| events.iter().filter(move |e| e.kind == kind);
-    let never: Vec<&str> = of(Kind::NeverSeen).filter_map(|e| Some(&labels[e.marker?][..])).collect();
-    let mut sentences = Vec::new();
-    let seconds = |frame: usize| frame as f64 / rate;
-    if let Some(first) = of(Kind::Slide).max_by_key(|e| (e.frames, Reverse(e.first))) {
-        let name = |marker: Option<usize>| marker.map_or("another place", |j| &labels[j][..]);
-        let warning = Warning::from(format!(
-            "a label slid off its marker {}, and these stretches were cut out: in the longest, {} slid to {} \
-             in frames {}..{} ({:.2} s); look at it: `skip` of slides keeps such stretches, `drop` cuts out \
-             a stretch by hand",
-            human::counted(of(Kind::Slide).count(), "time"),
-            name(first.marker),
-            name(first.other),
-            first.first,
-            first.first + first.frames,
-            seconds(first.first)
-        ));
-        sentences.push(warning.with_remedies(&[Remedy::KeepSlides, Remedy::DropStretch]));
-    }
-    if let Some(longest) = of(Kind::Shuffled).max_by_key(|e| (e.frames, Reverse(e.first))) {
-        let is_in = |e: &&Event| e.first == longest.first && e.frames == longest.frames;
-        let mut names: Vec<&str> =
-            of(Kind::Shuffled).filter(is_in).filter_map(|e| Some(&labels[e.marker?][..])).collect();
-        names.dedup();
-        let warning = Warning::from(format!(
-            "labels change places again and again: in the longest stretch those of {} in frames {}..{} ({:.2} \
-             s); they were put right where that is clear, and dropped and filled elsewhere, with a low \
-             confidence; look at these frames, and drop by hand what is still wrong",
-            names.join(", "),
-            longest.first,
-            longest.first + longest.frames,
-            seconds(longest.first)
-        ));
-        sentences.push(warning.with_remedies(&[Remedy::DropStretch]));
-    }
-    let mut steps: Vec<&Event> = of(Kind::Step).collect();
-    if !steps.is_empty() {
-        let count = steps.len();
-        steps.sort_by(|a, b| b.distance_mm.partial_cmp(&a.distance_mm).unwrap_or(Ordering::Equal));
-        steps.truncate(NAMED_STEPS);
-        let of_step = |e: &&Event| {
-            let name = e.marker.map_or("", |j| &labels[j][..]);
-            format!(
-                "{name} by {:.0} mm in frame {} ({:.2} s)",
-                e.distance_mm.unwrap_or(0.0),
-                e.first,
-                seconds(e.first)
-            )
-        };
-        let named: Vec<String> = steps.iter().map(of_step).collect();
-        let warning = Warning::from(format!(
-            "markers move against their neighbours as no skin does, {}: {}{}; look for labels that are swapped \
-             there, and exchange them or drop the stretch by hand",
-            human::counted(count, "time"),
-            named.join(", "),
-            if count > NAMED_STEPS { " …" } else { "" }
-        ));
-        sentences.push(warning.with_remedies(&[Remedy::DropStretch]));
-    }
-    if let Some(worst) =
-        of(Kind::Strain).max_by(|a, b| a.strain.partial_cmp(&b.strain).unwrap_or(Ordering::Equal))
-    {
-        let name = |marker: Option<usize>| marker.map_or("", |j| &labels[j][..]);
-        sentences.push(
-            format!(
-                "between {} and {} the skin is stretched by {} in frame {} ({:.2} s), far beyond any \
-                 example (such stretches: {}); look for a label that slid or was swapped, or that names \
-                 another place on the rig",
-                name(worst.marker),
-                name(worst.other),
-                human::percent(worst.strain.unwrap_or(0.0), 0),
-                worst.first,
-                seconds(worst.first),
-                human::count(of(Kind::Strain).count())
-            )
-            .into(),
-        );
-    }
-    if !never.is_empty() {
-        let what = "their markers are never seen";
-        sentences.push(
-            format!("handles that follow their neighbours, because {what}: {}", never.join(", ")).into(),
-        );
-    }
-    if let Some(longest) = of(Kind::Lost).max_by_key(|e| (e.frames, Reverse(e.first))) {
-        sentences.push(format!(
-            "{} gaps could not be filled soundly, and have a confidence of 0: the longest lasts {:.1} s from \
-             frame {}",
-            of(Kind::Lost).count(),
-            longest.frames as f64 / rate,
-            longest.first
-        ).into());
-    }
-    sentences
 }
 
 /// frames × H positions on the rest pose.

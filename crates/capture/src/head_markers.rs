@@ -116,8 +116,7 @@ pub(crate) fn find(
             }
         }
     }
-    let is_called_head =
-        |columns: &[usize]| 2 * columns.iter().filter(|&&c| says_head(&labels[c])).count() > columns.len();
+    let is_called_head = |columns: &[usize]| are_called_head(columns, labels);
     let columns = |set: &Vec<usize>| set.iter().map(|&i| distances.columns[i]).collect::<Vec<_>>();
     // Stable: the stiffer sets of a size stay first.
     sets.sort_by_key(|set| (!is_called_head(&columns(set)), std::cmp::Reverse(set.len())));
@@ -149,6 +148,11 @@ pub(crate) fn find(
     Ok(found)
 }
 
+/// Whether the labels of most of these columns say that they are on the head.
+pub(crate) fn are_called_head(columns: &[usize], labels: &[String]) -> bool {
+    2 * columns.iter().filter(|&&c| says_head(&labels[c])).count() > columns.len()
+}
+
 /// What there is to say of markers that seem to be on the head, and are not used.
 fn not_used(
     all: &[Tried],
@@ -169,8 +173,14 @@ fn not_used(
             || {
                 let of_cap = |i: &usize| called.contains(&distances.columns[*i]);
                 let set: Vec<usize> = (0..distances.columns.len()).filter(of_cap).collect();
-                let varies = 100.0 * distances.variation(&set) / extent;
-                format!("do not keep their distances: these vary by {varies:.1} % of the face's size")
+                let varies = distances.variation(&set);
+                if varies == 0.0 {
+                    return "are hardly ever seen together".to_owned();
+                }
+                format!(
+                    "do not keep their distances: these vary by {:.1} % of the face's size",
+                    100.0 * varies / extent
+                )
             },
             |why| format!("do not travel with the face: {why}"),
         );

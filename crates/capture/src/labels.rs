@@ -24,7 +24,8 @@ pub(crate) struct Matched {
 /// `New 0001`, `uname*12`, or `#3`, which a reader gives to an empty label. Such a label names another point
 /// from one stretch of a take to the next. The prefix of a subject does not matter.
 pub fn is_unlabelled(label: &str) -> bool {
-    let name = label.rsplit([':', '|']).next().unwrap_or(label).trim().to_lowercase();
+    let name = bare_label(label);
+    let name = without_repeat(&name);
     let stem = name.trim_end_matches('#').trim_end_matches(|c: char| c.is_ascii_digit());
     let is_numbered = stem.len() < name.len();
     let word = stem.trim_end_matches([' ', '_', '-', '*', '.']);
@@ -36,6 +37,14 @@ pub fn is_unlabelled(label: &str) -> bool {
         "new" | "uname" => is_numbered && stem != word,
         "unlabeled" | "unlabelled" | "unnamed" | "unidentified" | "unknown" => true,
         _ => false,
+    }
+}
+
+/// A name without the number that a reader adds to one that comes twice, such as `#2` in `unlabeled#2`.
+fn without_repeat(name: &str) -> &str {
+    match name.rsplit_once('#') {
+        Some((first, number)) if !first.is_empty() && number.parse::<u32>().is_ok() => first,
+        _ => name,
     }
 }
 
@@ -155,6 +164,8 @@ mod tests {
             "#2#",
             "Unnamed",
             "Unidentified 4",
+            "Unlabeled#2",
+            "*7#3",
             "",
         ] {
             assert!(is_unlabelled(label), "{label}");

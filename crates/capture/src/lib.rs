@@ -28,6 +28,7 @@ pub mod coverage;
 mod depth;
 mod doubts;
 mod edits;
+mod event_words;
 mod events;
 mod expected;
 mod face_cluster;

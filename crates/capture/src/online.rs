@@ -15,11 +15,15 @@ use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, mean, median_point, seen, typical_extent};
 use crate::{Target, neutral, proportions};
 use glam::DVec3;
+use rhytid_core::text::listed;
 use rhytid_core::{Error, RawTake, Result, RigidMotion, Warning};
 use rhytid_geometry::registration::{Similarity, fit_robustly};
 
 /// The time in which the confidence of a marker that is not seen falls from 1 to 0, in seconds.
 const FADE: f64 = 0.5;
+
+/// A head that turns by less, in radians, does not tell what is on it from what is beside it.
+const TURNS: f64 = 0.035;
 
 /// A frame on the rig.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,15 +102,29 @@ impl Online {
         if size == 0.0 {
             return Err(Error::empty("no marker of a handle is seen in the frames of the neutral face"));
         }
-        let HeadMarkers { fitted, stiff, warnings: said, .. } =
+        let HeadMarkers { rigid, mut fitted, stiff, warnings: said } =
             head_markers::find(&tracks, &face, &matched.others, &labels, &settings, size)?;
         warnings.extend(said.into_iter().map(Warning::from));
-        let found = head::stabilise(&tracks, &fitted, &stiff, &face, size, raw.is_video).ok_or_else(|| {
-            Error::no_fit(
-                "the head's motion cannot be found: it needs a frame that shows at least three markers that \
-                 are not on one line",
-            )
-        })?;
+        let stabilised = |fitted: &[usize]| {
+            head::stabilise(&tracks, fitted, &stiff, &face, size, raw.is_video).ok_or_else(|| {
+                Error::no_fit(
+                    "the head's motion cannot be found: it needs a frame that shows at least three markers \
+                     that are not on one line",
+                )
+            })
+        };
+        let mut found = stabilised(&fitted)?;
+        let is_sure = settings.rigid.is_some() || head_markers::are_called_head(&rigid, &labels);
+        if !rigid.is_empty() && !is_sure && turn(&found.motions) < TURNS {
+            warnings.push(Warning::from(format!(
+                "the head hardly turns in the frames of the neutral face, so that the markers {} may be on it \
+                 or beside it; the head's motion comes from the face's markers; say which markers are rigid, \
+                 or turn the head a little in these frames",
+                listed(rigid.iter().map(|&c| labels[c].as_str()))
+            )));
+            fitted.clear();
+            found = stabilised(&fitted)?;
+        }
         for column in &mut tracks.columns {
             for (point, motion) in column.iter_mut().zip(&found.motions) {
                 *point = motion.inverse().apply(*point);
@@ -164,9 +182,13 @@ impl Online {
     }
 
     /// The frame at a time in seconds, which is later than that of the frame before. `markers` are in the
-    /// order of the labels at calibration; one that is NaN or left out is not seen.
+    /// order of the labels at calibration; one that is no finite number, or that is left
+    /// out, is not seen.
     pub fn frame(&mut self, time: f64, markers: &[[f64; 3]]) -> OnlineFrame {
-        let marker = |column: usize| markers.get(column).map_or(DVec3::NAN, |p| DVec3::from_array(*p));
+        let marker = |column: usize| {
+            let point = markers.get(column).map_or(DVec3::NAN, |p| DVec3::from_array(*p));
+            if point.is_finite() { point } else { DVec3::NAN }
+        };
         for body in &self.bodies {
             let now: Vec<DVec3> = body.columns.iter().map(|&column| marker(column)).collect();
             if let Some((motion, _)) = fit_robustly(&body.places, &now, false, body.tolerance) {
@@ -229,4 +251,10 @@ impl Online {
         self.time = Some(time);
         confidence
     }
+}
+
+/// How far the head turns from its first place, in radians.
+fn turn(motions: &[Similarity]) -> f64 {
+    let first = motions.first().map_or(Similarity::IDENTITY, |motion| *motion).rotation;
+    motions.iter().map(|motion| motion.rotation.angle_between(first)).fold(0.0, f64::max)
 }

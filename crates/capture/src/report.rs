@@ -116,8 +116,8 @@ pub struct Event {
 pub enum Kind {
     /// Two markers had each other's label; undone.
     Swap,
-    /// A label that changed places with others again and again; put right where that is clear, and dropped
-    /// and filled as a gap elsewhere.
+    /// A label that changed places with others, other than in a [`Kind::Swap`], or that is not where it is
+    /// expected near such a change. Put right where that is clear; dropped and filled as a gap elsewhere.
     Shuffled,
     /// A position where no marker can have been; dropped, then filled as a gap.
     Outlier,

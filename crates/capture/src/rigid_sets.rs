@@ -82,7 +82,7 @@ impl Distances {
         sets
     }
 
-    /// How far the distances of a set vary, in the tracks' unit.
+    /// How far the distances of a set vary, in the tracks' unit; 0 where no pair is seen together.
     pub(crate) fn variation(&self, set: &[usize]) -> f64 {
         let n = self.columns.len();
         let pairs = set.iter().flat_map(|&i| set.iter().map(move |&j| (i, j))).filter(|(i, j)| i != j);

@@ -10,8 +10,14 @@ const SELDOM: f64 = 0.05;
 const STILL_FRAMES: usize = 20;
 
 /// Takes the markers that were not measured out of the handles' columns and out of those that may be on the
-/// head. `labels` are the file's. Returns what there is to say of handles' markers.
-pub(crate) fn leave_out(matched: &mut Matched, tracks: &Tracks, labels: &[String]) -> Vec<String> {
+/// head. `labels` are the file's. In a take `in_head_space`, the bridge of the nose may well be in one place
+/// in all frames. Returns what there is to say of handles' markers.
+pub(crate) fn leave_out(
+    matched: &mut Matched,
+    tracks: &Tracks,
+    labels: &[String],
+    in_head_space: bool,
+) -> Vec<String> {
     let columns: Vec<usize> = matched.columns.iter().copied().flatten().collect();
     let shown = (0..tracks.frames()).filter(|&f| columns.iter().any(|&c| seen(tracks.columns[c][f]))).count();
     let seen_in = |c: usize| tracks.columns[c].iter().filter(|p| seen(**p)).count();
@@ -23,7 +29,7 @@ pub(crate) fn leave_out(matched: &mut Matched, tracks: &Tracks, labels: &[String
     };
     // A take that is made by a program may hold a whole face in exactly one place.
     let still = columns.iter().filter(|&&c| is_still(c)).count();
-    let stands_still = |c: usize| 10 * still < columns.len() && is_still(c);
+    let stands_still = |c: usize| !in_head_space && 10 * still < columns.len() && is_still(c);
     // Where a handle's marker has no name, all were matched by position, and no name means nothing.
     let has_names = !columns.iter().any(|&c| is_unlabelled(&labels[c]));
     let (mut seldom, mut constant) = (Vec::new(), Vec::new());
@@ -85,7 +91,7 @@ mod tests {
             ..Matched::default()
         };
         let mut found = matched.clone();
-        let said = leave_out(&mut found, &tracks, &labels);
+        let said = leave_out(&mut found, &tracks, &labels, false);
         let mut columns = matched.columns.clone();
         (columns[1], columns[2]) = (None, None);
         assert_eq!(
@@ -94,10 +100,14 @@ mod tests {
         );
         assert!(said[0].starts_with("1 of") && said[0].ends_with("\"m1\""), "{said:?}");
         assert!(said[1].starts_with("1 of") && said[1].ends_with("\"m2\""), "{said:?}");
+        // In head space a marker may stand still.
+        let mut found = matched.clone();
+        let said = leave_out(&mut found, &tracks, &labels, true);
+        assert_eq!((found.columns[2], found.left_out, said.len()), (Some(2), vec![1, 12, 13], 1), "{said:?}");
         // Without any name, names mean nothing.
         labels.iter_mut().for_each(|label| *label = "*7".into());
         let mut found = matched;
-        leave_out(&mut found, &tracks, &labels);
+        leave_out(&mut found, &tracks, &labels, false);
         assert_eq!(found.others, [12, 14, 15]);
     }
 }

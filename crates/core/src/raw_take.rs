@@ -59,9 +59,9 @@ impl Timecode {
     /// `take_rate`, in frames per second, where the time code has none.
     pub fn seconds(&self, take_rate: f64) -> f64 {
         let rate = self.rate.unwrap_or(take_rate);
-        // 29.97 frames per second count to 30.
-        let nominal = rate.ceil();
-        let minutes = f64::from(60 * self.hours + self.minutes);
+        // 29.97 frames per second count to 30. A measured rate may be a little above its whole number.
+        let nominal = rate.round().max(1.0);
+        let minutes = 60.0 * f64::from(self.hours) + f64::from(self.minutes);
         // Of every minute but each tenth, the first two numbers are left out, or four at 59.94.
         let dropped = match self.drop_frame {
             true => (nominal / 15.0).round() * (minutes - (minutes / 10.0).floor()),
@@ -123,6 +123,10 @@ mod tests {
         near(at(0, 1, 0, 4, Some(60000.0 / 1001.0), true), 3600.0 * 1.001 / 60.0);
         // Without a rate, frames are those of the take.
         near(at(0, 0, 1, 60, None, false), 1.5);
+        // A hair above 25 frames per second does not count to 26.
+        near(at(1, 0, 0, 0, Some(25.0 + 1e-12), false), 3600.0);
+        // No hour is too late to be counted.
+        near(at(u32::MAX, 0, 0, 0, Some(1.0), false), 3600.0 * f64::from(u32::MAX));
         let subframes = Timecode {
             hours: 0,
             minutes: 0,

@@ -32,14 +32,15 @@ impl Take {
     }
 
     /// The take's own rate in frames per second. It comes from the mean of the steps that are no gaps: those
-    /// within a half of the median, since files round their times. A rate of rounded times is set to a whole
-    /// number, to a multiple of 1000/1001 or to a number of few digits if that is within 0.04 %, and within
-    /// the rounding. The rate is 30 where it cannot be told, as from one frame.
+    /// within about a half of the median, since files round their times. A rate of rounded times is set to a
+    /// whole number, to a multiple of 1000/1001 or to a number of few digits if that is within 0.04 %, and
+    /// within the rounding. The rate is 30 where it cannot be told, as from one frame.
     pub fn rate(&self) -> f64 {
         let mut steps: Vec<f64> = self.times.windows(2).map(|w| w[1] - w[0]).collect();
         steps.sort_by(f64::total_cmp);
         let median = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
-        steps.retain(|step| (step / median - 1.0).abs() < 0.5);
+        // Hundredths of a second leave steps of 1 and 2 to a rate of 60.
+        steps.retain(|step| (step / median - 1.0).abs() < 0.51);
         let rate = steps.len() as f64 / steps.iter().sum::<f64>();
         if !(rate.is_finite() && rate > 0.0) {
             return 30.0;
@@ -213,6 +214,8 @@ mod tests {
         // Milliseconds leave steps of 8 and 9 to a rate of 120.
         let milliseconds: Vec<f64> = (0..600).map(|i| (f64::from(i) / 0.12).round() / 1e3).collect();
         assert_eq!(take(&milliseconds).rate(), 120.0);
+        let hundredths: Vec<f64> = (0..=1200).map(|i| (f64::from(i) / 0.6).round() / 1e2).collect();
+        assert_eq!(take(&hundredths).rate(), 60.0);
         // Exact times leave no choice.
         for rate in [119.96, 59.94, 119.88, 29.97] {
             let exact: Vec<f64> = (0..2400).map(|i| f64::from(i) / rate).collect();

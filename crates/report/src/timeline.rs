@@ -37,7 +37,7 @@ pub(crate) const LOOKS: [Look; 15] = [
     look(Kind::NeverSeen, "never", "the marker moves with its neighbours", 0.5, HEIGHT - 0.5),
     look(Kind::Left, "left", "a gap that the setup left open", 0.0, HEIGHT),
     look(Kind::Swap, "swap", "two labels were exchanged; exchanged back", 0.5, 6.0),
-    look(Kind::Shuffled, "shuffled", "labels changed places again and again; put right, or filled", 0.5, 6.0),
+    look(Kind::Shuffled, "shuffled", "labels changed places; put right, or dropped and filled", 0.5, 6.0),
     look(Kind::Slide, "slide", "the label left its marker; cut out and filled", 0.0, 6.0),
     look(Kind::Dropped, "dropped", "by hand, then filled", 0.0, 6.0),
     look(Kind::Held, "held", "by hand", 4.0, HEIGHT),

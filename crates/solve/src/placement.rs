@@ -354,8 +354,12 @@ impl Skin {
 
     /// Whether a place is not that of another marker.
     fn is_apart(&self, place: DVec3, placed: &[Option<Placed>]) -> bool {
-        let far = |other: &Placed| self.at(&other.point).distance(place) * self.metres_per_unit >= APART;
-        placed.iter().flatten().all(far)
+        placed.iter().flatten().all(|other| self.are_apart(self.at(&other.point), place))
+    }
+
+    /// Whether two places are far enough from each other for a marker at each.
+    pub fn are_apart(&self, a: DVec3, b: DVec3) -> bool {
+        a.distance(b) * self.metres_per_unit >= APART
     }
 
     /// The face's right, up and forward axes, of length 1.

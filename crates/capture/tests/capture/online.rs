@@ -145,6 +145,51 @@ fn a_marker_that_is_lost_or_jumps_goes_with_its_neighbours_and_fades() {
     }
 }
 
+/// While the actor holds still, a thing in the room keeps its distances from the face as a cap does.
+#[test]
+fn a_thing_beside_a_still_head_is_not_its_cap() {
+    let (target, mut raw) = made(300);
+    let first = raw.tracks.positions[..24].to_vec();
+    for (f, frame) in raw.tracks.positions.chunks_mut(24).enumerate() {
+        if f < NEUTRAL {
+            frame.copy_from_slice(&first);
+        }
+        frame[20..].copy_from_slice(&first[20..]);
+    }
+    raw.tracks.labels[20..].iter_mut().enumerate().for_each(|(i, label)| *label = format!("thing{i}"));
+    let (mut online, warnings) = Online::calibrate(neutral(&raw), &target, &Settings::default()).unwrap();
+    assert!(warnings.iter().any(|w| w.sentence().contains("\"thing0\"")), "{warnings:?}");
+    for (f, markers) in raw.tracks.positions.chunks(24).enumerate().skip(NEUTRAL) {
+        let frame = online.frame(raw.tracks.times[f], markers);
+        let off = frame.positions.iter().zip(&target.rest).map(|(p, rest)| {
+            let moved = DVec3::from_array(p.map(f64::from)) - *rest;
+            10.0 * (moved - DVec3::Y * (0.3 * (f as f64 / 100.0 - 0.6).sin() * (rest.x / 5.0).abs())).length()
+        });
+        let worst = off.fold(0.0, f64::max);
+        assert!(worst < 3.0, "frame {f}: {worst} mm");
+    }
+}
+
+#[test]
+fn a_cap_that_is_not_seen_is_said() {
+    let (target, mut raw) = made(NEUTRAL);
+    raw.tracks.positions.chunks_mut(24).for_each(|frame| frame[20..].fill(RawTake::MISSING));
+    let (_, warnings) = Online::calibrate(raw, &target, &Settings::default()).unwrap();
+    let words = "named like those of a cap, but are hardly ever seen together";
+    assert!(warnings.iter().any(|w| w.sentence().contains(words)), "{warnings:?}");
+}
+
+#[test]
+fn an_infinite_position_is_not_seen() {
+    let (target, mut raw) = made(NEUTRAL + 1);
+    let (mut online, _) = Online::calibrate(neutral(&raw), &target, &Settings::default()).unwrap();
+    let markers = &mut raw.tracks.positions[NEUTRAL * 24..];
+    markers[7][1] = f64::INFINITY;
+    let frame = online.frame(0.6, markers);
+    assert!(frame.positions.as_flattened().iter().all(|x| x.is_finite()), "{frame:?}");
+    assert!(frame.confidence[7] == 0.0 && frame.confidence[8] == 1.0);
+}
+
 #[test]
 fn what_cannot_be_calibrated_is_one_sentence() {
     let (target, raw) = made(NEUTRAL);

@@ -148,7 +148,7 @@ fn rows(report: &Report, ui: &Ui) -> Vec<[String; 2]> {
     ));
     for (kind, name, noun) in [
         (Kind::Swap, "swaps", "pair of labels"),
-        (Kind::Shuffled, "shuffled", "stretch of a label that changes places again and again"),
+        (Kind::Shuffled, "shuffled", "stretch of a label that changes places"),
         (Kind::Outlier, "outliers", "dropped"),
         (Kind::Slide, "slides", "label off its marker, cut out"),
         (Kind::Dropped, "dropped", "stretch, by hand"),
