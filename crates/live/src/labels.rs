@@ -115,7 +115,8 @@ impl Handles {
 
     fn leave_out(&mut self, actor: String) {
         for bound in &mut self.bound {
-            if bound.as_ref().is_some_and(|(rule, label)| *rule == Rule::Bare && label_prefix(label) == actor) {
+            if bound.as_ref().is_some_and(|(rule, label)| *rule == Rule::Bare && label_prefix(label) == actor)
+            {
                 *bound = None;
             }
         }

@@ -151,13 +151,15 @@ impl Stream {
     /// result is whether there is a new newest frame. The datagram may also have completed a frame that
     /// [`close`](Self::close) gives.
     pub fn accept(&mut self, datagram: &[u8], from: SocketAddr, arrived: f64) -> bool {
-        let is_new = self.close(arrived);
         let heard = self.sender.filter(|(_, last)| arrived - last < SILENCE);
-        if heard.is_some_and(|(sender, _)| sender != from) {
-            self.bad("is from another sender than the frames before it");
-            return is_new;
-        }
-        let part = match Part::decode(datagram, &self.pattern) {
+        let part = match heard {
+            Some((sender, _)) if sender != from => Err("is from another sender than the frames before it"),
+            _ => Part::decode(datagram, &self.pattern),
+        };
+        // A frame whose time has come while nobody looked can still become whole.
+        let is_of_pending = heard.is_some() && part.as_ref().is_ok_and(|part| self.is_of_pending(part));
+        let is_new = !is_of_pending && self.close(arrived);
+        let part = match part {
             Ok(part) => part,
             Err(why) => {
                 self.bad(why);
@@ -223,6 +225,17 @@ impl Stream {
                 }
             }
         }
+    }
+
+    /// Whether a datagram says, or goes without saying, that it is of the frame that is not whole yet.
+    fn is_of_pending(&self, part: &Part) -> bool {
+        let pending = self.pending.as_ref().and_then(|pending| pending.stamp);
+        self.is_numbered
+            && match (pending, part.stamp) {
+                (Some(known), Some(stamp)) => known.number == stamp.number,
+                (Some(_), None) => true,
+                (None, _) => false,
+            }
     }
 
     /// The frame that is not whole yet, else the last one.

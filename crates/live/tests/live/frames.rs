@@ -67,14 +67,20 @@ fn bundles_of_one_number_are_one_frame() {
     assert!(newest.confidence[0] < 1.0 && newest.confidence[3] == 1.0);
     assert_eq!(stream.counts(), Counts { frames: 8, late: 1, lost: 1, bad: 0, other: 0 });
 
-    // The same part twice is one. A part that contradicts is bad.
-    assert_eq!(accept(&mut stream, &part(9, 0..2), 1, at(30)), NONE);
-    assert_eq!(accept(&mut stream, &part(9, 0..2), 1, at(30)), NONE);
-    let other = bundle(&[head(9, 0.09), handle("m0", [77.0; 3]), marker(2, 9)]);
-    assert_eq!(accept(&mut stream, &other, 1, at(30)), NONE);
-    assert_eq!(accept(&mut stream, &part(9, 2..4), 1, at(30)), [9]);
+    // The rest comes after the pause, but before anybody looked: the frame is whole.
+    assert_eq!(accept(&mut stream, &part(9, 0..2), 1, at(20)), NONE);
+    assert_eq!(accept(&mut stream, &part(9, 2..4), 1, at(60)), [9]);
     is_whole(&stream, 9);
-    assert_eq!(stream.counts(), Counts { frames: 9, late: 1, lost: 1, bad: 1, other: 0 });
+    assert_eq!(stream.counts(), Counts { frames: 9, late: 1, lost: 1, bad: 0, other: 0 });
+
+    // The same part twice is one. A part that contradicts is bad.
+    assert_eq!(accept(&mut stream, &part(10, 0..2), 1, at(61)), NONE);
+    assert_eq!(accept(&mut stream, &part(10, 0..2), 1, at(61)), NONE);
+    let other = bundle(&[head(10, 0.1), handle("m0", [77.0; 3]), marker(2, 10)]);
+    assert_eq!(accept(&mut stream, &other, 1, at(61)), NONE);
+    assert_eq!(accept(&mut stream, &part(10, 2..4), 1, at(61)), [10]);
+    is_whole(&stream, 10);
+    assert_eq!(stream.counts(), Counts { frames: 10, late: 1, lost: 1, bad: 1, other: 0 });
     assert!(stream.why_bad().unwrap().contains("another position of a marker of the same frame"));
 }
 
@@ -302,4 +308,29 @@ fn a_message_with_nan_is_a_marker_that_is_not_seen() {
     assert_eq!(stream.counts(), Counts { frames: 12, other: 12, ..Counts::default() });
     let newest = stream.newest().unwrap();
     assert_eq!((newest.positions, newest.confidence), (&[[11.0; 3], [9.0; 3]][..], &[1.0, 0.0][..]));
+}
+
+/// Who begins to listen in the middle of a frame has the sender's times from the first whole frame on.
+#[test]
+fn the_rest_of_a_frame_before_the_first_number_is_left_out() {
+    let mut stream = stream(2).with_pattern("/marker/{label}".parse().unwrap());
+    let marker = |j: usize, frame: i32| {
+        let x = x(j, frame).to_be_bytes();
+        message(&format!("/marker/m{j}"), ",fff", &[&x, &x, &x])
+    };
+    accept(&mut stream, &marker(1, 6), 1, 0.0);
+    for frame in 7..10 {
+        let arrived = at(frame - 6);
+        accept(
+            &mut stream,
+            &bundle(&[head(frame, 50.0 + at(frame)), marker(0, frame), marker(1, frame)]),
+            1,
+            arrived,
+        );
+    }
+    stream.close(1.0);
+    is_whole(&stream, 9);
+    let newest = stream.newest().unwrap();
+    assert_eq!((newest.number, newest.time), (9, 50.0 + at(9)));
+    assert_eq!(stream.counts(), Counts { frames: 3, ..Counts::default() });
 }
