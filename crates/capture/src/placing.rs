@@ -5,7 +5,7 @@ use crate::settings::{Settings, Step};
 use crate::tracks::{Tracks, extent, seen};
 use crate::{Axes, Target, neutral};
 use glam::{DMat3, DVec3};
-use rhytid_core::{Error, Remedy, Result, Warning};
+use rhytid_core::{Error, LengthUnit, Remedy, Result, Warning};
 use rhytid_geometry::registration::Similarity;
 use rhytid_geometry::registration::fit_robustly;
 use std::ops::Range;
@@ -189,7 +189,6 @@ fn unit(
     fitted: &Similarity,
     warnings: &mut Vec<Warning>,
 ) -> Unit {
-    const UNITS: [(&str, f64); 5] = [("mm", 1e-3), ("cm", 1e-2), ("m", 1.0), ("in", 0.0254), ("ft", 0.3048)];
     if let Some(given) = settings.metres_per_unit {
         return Unit::known(given);
     }
@@ -210,17 +209,18 @@ fn unit(
             .into(),
         );
     }
-    let unlike = |unit: f64| scale(unit).ln().abs();
-    let (name, unit) =
-        UNITS.into_iter().min_by(|a, b| unlike(a.1).total_cmp(&unlike(b.1))).unwrap_or(UNITS[0]);
+    let unlike = |unit: &LengthUnit| scale(unit.metres).ln().abs();
+    let all = LengthUnit::ALL;
+    let LengthUnit { name, metres } =
+        all.into_iter().min_by(|a, b| unlike(a).total_cmp(&unlike(b))).unwrap_or(all[0]);
     warnings.push(
         format!(
             "the unit is assumed to be {name}, which makes the actor {:.3} times the rig's size",
-            scale(unit)
+            scale(metres)
         )
         .into(),
     );
-    Unit { metres: unit, is_guessed: true }
+    Unit { metres, is_guessed: true }
 }
 
 /// Distance of each handle's marker from its handle, in millimetres; `None` where it was not seen at neutral.

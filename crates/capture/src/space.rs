@@ -1,7 +1,7 @@
 //! Finds takes that are not in the rig's space, and brings them there.
 use crate::{Axes, Target};
 use glam::{DMat3, DQuat, DVec3};
-use rhytid_core::Take;
+use rhytid_core::{LengthUnit, Take};
 use rhytid_geometry::registration::fit_robustly;
 use std::fmt;
 
@@ -19,9 +19,6 @@ const TURNS: f64 = 0.14;
 
 /// A robust fit gives less weight to markers that are off by this part of their extent.
 const TOLERANCE: f64 = 0.03;
-
-/// Usual units of takes in metres, and their names.
-const UNITS: [(f64, &str); 5] = [(1e-3, "mm"), (1e-2, "cm"), (1.0, "m"), (0.0254, "in"), (0.3048, "ft")];
 
 /// The unit and axes of a take that is in head space but not in the rig's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -49,10 +46,7 @@ impl TakeSpace {
 
     /// The unit's name, if it has one.
     pub fn unit(&self) -> Option<&'static str> {
-        UNITS
-            .iter()
-            .find(|(metres, _)| (metres / self.metres_per_unit - 1.0).abs() < 1e-6)
-            .map(|(_, name)| *name)
+        LengthUnit::of_metres(self.metres_per_unit).map(|unit| unit.name)
     }
 }
 
@@ -117,9 +111,10 @@ pub fn misfit(take: &Take, target: &Target) -> Option<Misfit> {
     };
     let as_it_is = off(&DVec3::from_array);
     if as_it_is > NEAR {
-        let units = [(target.metres_per_unit, "")].into_iter().chain(UNITS);
+        let usual = LengthUnit::ALL.map(|unit| unit.metres);
+        let units = std::iter::once(target.metres_per_unit).chain(usual);
         // Simple spaces come first. A later one must be better by 0.1 %.
-        let spaces = units.flat_map(|(metres_per_unit, _)| {
+        let spaces = units.flat_map(|metres_per_unit| {
             let turns = std::iter::once(Axes::SAME).chain(Axes::all()).chain(Axes::with_mirror_images());
             turns.map(move |axes| TakeSpace { metres_per_unit, axes })
         });

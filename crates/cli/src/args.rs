@@ -9,15 +9,18 @@ mod help;
 mod judge;
 mod live;
 mod placing;
+mod prepare;
 #[cfg(feature = "wgpu")]
 mod render;
 mod setup;
 #[cfg(feature = "wgpu")]
 mod skin;
+mod solve;
 mod transfer;
 mod values;
 #[cfg(feature = "view")]
 mod view;
+mod written;
 
 pub(crate) use animate::Animate;
 pub(crate) use channels::{Channels, formats, option};
@@ -29,18 +32,20 @@ pub(crate) use fine_detail::FineDetail;
 pub(crate) use help::{DOCS, command};
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
-pub(crate) use placing::{Handles, New, Placement, TakeReading, TakeSpace};
+pub(crate) use placing::{Handles, New, Placement, TakeReading, again};
+pub(crate) use prepare::Prepare;
 #[cfg(feature = "wgpu")]
 pub(crate) use render::{Background, BeforeChoice, Render, Show};
 pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]
 pub(crate) use skin::SkinLight;
+pub(crate) use solve::{Demo, Doctor, Solve};
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
-use values::parse_rate;
 pub(crate) use values::{Elsewhere, HeadChoice, Json, ShapesChoice, StageChoice, UnitChoice};
 #[cfg(feature = "view")]
 pub(crate) use view::View;
+pub(crate) use written::{ExportShapes, Stitch, Verify};
 
 /// Headings of options.
 const INPUT: &str = "Input";
@@ -272,7 +277,7 @@ Examples:
   rhytid doctor FACE.toml --json")]
     Doctor(Doctor),
 
-    /// Say what is in a file: mesh, animation, rig, take, table, project, setup or report.
+    /// Say what is in a file: mesh, animation, rig, take, curves, table, project, setup or report.
     #[command(after_help = "\
 Examples:
   rhytid info neutral.obj
@@ -391,165 +396,12 @@ pub(crate) struct Look {
     pub request: Vec<String>,
 }
 
-/// `rhytid solve`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Solve {
-    /// The project file.
-    #[arg(value_name = "FACE.toml")]
-    pub project: PathBuf,
-
-    #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    /// The rig file to write [default: beside the project file, under its name with .safetensors].
-    #[arg(short, long, value_name = "FACE.safetensors")]
-    pub output: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// `rhytid stitch`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Stitch {
-    /// The parts, in any order: USD files of one rig and take that follow one another without a gap.
-    #[arg(required = true)]
-    pub parts: Vec<PathBuf>,
-
-    /// The file to write: .usd, .usdc or .usda.
-    #[arg(short, long, value_name = "OUT.usd")]
-    pub output: PathBuf,
-
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// `rhytid export-shapes`
-#[derive(Debug, clap::Args)]
-pub(crate) struct ExportShapes {
-    /// The rig file that `solve` wrote.
-    pub rig: PathBuf,
-
-    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
-    #[arg(short, long, value_name = "OUT")]
-    pub output: PathBuf,
-
-    /// Also write three shapes for each handle, which move it by one mesh unit along x, y and z. Together
-    /// they give every large-scale motion exactly.
-    #[arg(long)]
-    pub handles: bool,
-
-    /// Leave the normals out.
-    #[arg(long)]
-    pub no_normals: bool,
-
-    /// glTF: also more than 256 shapes or 1 GiB.
-    #[arg(long)]
-    pub force: bool,
-
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
-    /// software drivers last.
-    #[arg(long, default_value = "auto")]
-    pub device: String,
-
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// `rhytid verify`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Verify {
-    /// The file that `animate` or `stitch` wrote.
-    #[arg(value_name = "OUT")]
-    pub file: PathBuf,
-
-    /// The rig that it was made with.
-    #[arg(long)]
-    pub rig: PathBuf,
-
-    /// The take that it was made from.
-    #[arg(long)]
-    pub take: PathBuf,
-
-    /// The edits that `animate` was given.
-    #[arg(long, value_name = "EDIT.toml")]
-    pub edit: Option<PathBuf>,
-
-    /// For a raw take: the setup that `animate` was given.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
-    /// For curves: the shapes that `animate` was given.
-    #[arg(long, value_name = "SHAPES")]
-    pub shapes: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
-    /// software drivers last.
-    #[arg(long, default_value = "auto")]
-    pub device: String,
-
-    #[command(flatten)]
-    pub json: Json,
-
-    #[command(flatten)]
-    pub space: TakeSpace,
-}
-
-/// `rhytid prepare`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Prepare {
-    /// The raw take.
-    pub raw: PathBuf,
-
-    /// The rig file that `solve` wrote.
-    #[arg(long)]
-    pub rig: PathBuf,
-
-    /// The clean take to write.
-    #[arg(short, long, value_name = "TAKE.csv")]
-    pub output: PathBuf,
-
-    /// The folder to write report.html and report.json to; made if it does not exist.
-    #[arg(long, value_name = "DIR")]
-    pub report: Option<PathBuf>,
-
-    /// What is known of the actor and the session, as options of `prepare` in a TOML file; options given here
-    /// win.
-    #[arg(long, value_name = "TAKE.toml")]
-    pub setup: Option<PathBuf>,
-
-    #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    /// Resample to N frames per second [default: the take's own rate].
-    #[arg(long, value_name = "N", value_parser = parse_rate)]
-    pub fps: Option<f64>,
-
-    /// Write which marker belongs to which handle, and how surely: a table to edit and to give as --markers.
-    #[arg(long, value_name = "TABLE.csv")]
-    pub write_markers: Option<PathBuf>,
-
-    /// The raw take is a take's CSV in world space, not head space. The head's motion is taken out of it.
-    #[arg(long)]
-    pub world: bool,
-
-    #[command(flatten)]
-    pub json: Json,
-
-    // The heading is that of all options below.
-    #[command(flatten, next_help_heading = "Setup, also as keys of TAKE.toml")]
-    pub known: Setup,
-}
-
 /// `rhytid info`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Info {
     /// The file. A mesh (.obj, .ply, .glb, .gltf), animation or blend shapes (.usd, .usda, .usdc, .usdz,
-    /// .glb, .gltf), rig (.safetensors) or take (.csv, .c3d, .trc, .tsv). Also a table of handles or markers
-    /// (.csv), a project or setup (.toml) or a report (.json).
+    /// .glb, .gltf), rig (.safetensors) or take (.csv, .c3d, .trc, .tsv). Also curves, a table of handles or
+    /// markers (.csv), a project or setup (.toml) or a report (.json).
     pub file: PathBuf,
 
     #[command(flatten)]
@@ -562,35 +414,6 @@ pub(crate) struct Info {
 /// `rhytid devices`
 #[derive(Debug, clap::Args)]
 pub(crate) struct Devices {
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// `rhytid doctor`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Doctor {
-    /// The project file.
-    #[arg(value_name = "FACE.toml")]
-    pub project: PathBuf,
-
-    #[command(flatten)]
-    pub elsewhere: Elsewhere,
-
-    #[command(flatten)]
-    pub json: Json,
-}
-
-/// `rhytid demo`
-#[derive(Debug, clap::Args)]
-pub(crate) struct Demo {
-    /// The folder to write to; made if it does not exist, the demo's own files in it are replaced.
-    #[arg(default_value = "rhytid-demo")]
-    pub dir: PathBuf,
-
-    /// About how many vertices the face has, 2,000 to 4,000,000.
-    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(2_000..=4_000_000))]
-    pub vertices: u32,
-
     #[command(flatten)]
     pub json: Json,
 }

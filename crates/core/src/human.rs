@@ -1,5 +1,6 @@
 //! Numbers as people read them, for sentences, tables and reports.
 
+use crate::LengthUnit;
 use std::time::Duration;
 
 /// `1234567` as `1,234,567`.
@@ -63,9 +64,8 @@ pub fn times(factor: f64) -> String {
 
 /// The unit's name where it has one: `cm`; else `units of 0.3 m`.
 pub fn unit(metres_per_unit: f64) -> String {
-    let known = [(1.0, "m"), (0.01, "cm"), (0.001, "mm"), (0.0254, "in")];
-    match known.iter().find(|(metres, _)| (metres_per_unit / metres - 1.0).abs() < 1e-9) {
-        Some((_, name)) => (*name).to_owned(),
+    match LengthUnit::of_metres(metres_per_unit) {
+        Some(unit) => unit.name.to_owned(),
         None => format!("units of {} m", number(metres_per_unit)),
     }
 }

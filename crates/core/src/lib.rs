@@ -60,6 +60,7 @@ mod table;
 mod take;
 mod temporary;
 pub mod text;
+mod units;
 
 pub use animator::Animator;
 pub use atomic_file::AtomicFile;
@@ -113,3 +114,4 @@ pub use rotations::Rotations;
 pub use surface_point::SurfacePoint;
 pub use table::Table;
 pub use take::Take;
+pub use units::LengthUnit;

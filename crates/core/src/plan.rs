@@ -2,16 +2,19 @@
 //! on them. A backend adds only how its API makes a buffer and runs a kernel.
 mod contents;
 mod extent;
+mod planned;
+mod reach;
 
 use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Rotations, Stage, UploadOptions};
 use extent::{Extent, extent};
+pub use planned::{Dispatch, Input, PlannedBuffer, Role, Slice};
+use reach::Limits;
 use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, WORKGROUP_SIZE};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
     bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
 };
-use std::borrow::Cow;
 use std::ops::Range;
 
 /// The smallest buffer: some APIs refuse empty ones, and a rig may have no strain edges.
@@ -61,47 +64,6 @@ pub struct Plan {
     buffers: Vec<PlannedBuffer>,
 }
 
-/// What the host needs to say how far a frame's vector strains are beyond the rig's reach.
-#[derive(Debug, Clone)]
-struct Limits {
-    strain_edges: Vec<[u32; 2]>,
-    /// F + H.
-    feature_lengths: Vec<f32>,
-    /// F + H.
-    feature_limits: Vec<f32>,
-}
-
-impl Limits {
-    fn new(rig: &Rig) -> Self {
-        Self {
-            strain_edges: rig.handles().edge_numbers().to_vec(),
-            feature_lengths: rig.handles().feature_lengths().iter().map(|&length| length as f32).collect(),
-            feature_limits: rig.feature_limits(),
-        }
-    }
-
-    /// D − limited(D) of the F + H features of a frame of H displacements, four numbers each. The fourth of
-    /// the first is 1 if any feature is beyond.
-    fn excess(&self, u: &[[f32; 3]]) -> Vec<[f32; 4]> {
-        let buffers = vector_differences::Buffers {
-            strain_edges: &self.strain_edges,
-            feature_lengths: &self.feature_lengths,
-            example_vectors: &[],
-            feature_limits: &self.feature_limits,
-        };
-        let excess = |e: usize| {
-            let [x, y, z] = vector_differences::vector_excess(&buffers, u, e);
-            [x, y, z, 0.0]
-        };
-        let mut excess: Vec<[f32; 4]> = (0..self.feature_lengths.len()).map(excess).collect();
-        let is_beyond = excess.iter().any(|d| *d != [0.0; 4]);
-        if let Some(first) = excess.first_mut() {
-            first[3] = f32::from(u8::from(is_beyond));
-        }
-        excess
-    }
-}
-
 #[derive(Debug, Clone, Copy)]
 struct Sizes {
     vertices: usize,
@@ -115,87 +77,6 @@ struct Sizes {
     vector_wrinkles: bool,
     /// How many vectors of each handle the large scale reads in a frame.
     vectors: usize,
-}
-
-/// A buffer to make.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct PlannedBuffer {
-    /// Which of the kernels' buffers.
-    pub buffer: Buffer,
-    /// Its size: a multiple of 4, at least 16.
-    pub bytes: u64,
-    /// What it is for.
-    pub role: Role,
-}
-
-/// What a buffer is for.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Role {
-    /// Filled once, from [`Plan::contents`].
-    Constant {
-        /// The vertices of a tiled buffer. `None` for a buffer that is whole.
-        part: Option<Range<usize>>,
-    },
-    /// Filled for each batch, from [`Plan::inputs`].
-    Input {
-        /// Which slice.
-        slice: usize,
-    },
-    /// Written by a kernel for another kernel, not for the host.
-    Scratch {
-        /// Which slice.
-        slice: usize,
-    },
-    /// Written by a kernel.
-    Result {
-        /// Which slice.
-        slice: usize,
-        /// The stage that it holds.
-        stage: Stage,
-    },
-}
-
-/// Consecutive frames of a batch whose results share their buffers.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Slice {
-    /// The frames, counted from the first of the batch.
-    pub frames: Range<usize>,
-    /// The indices of the buffers of their results, in the order of [`Stage::ALL`].
-    pub results: [usize; 6],
-}
-
-/// What a buffer is filled with for a batch.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Input<'a> {
-    /// The index of the buffer.
-    pub buffer: usize,
-    /// The new first numbers of the buffer.
-    pub numbers: Cow<'a, [f32]>,
-}
-
-/// One run of a kernel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Dispatch {
-    /// Which kernel.
-    pub kernel: Kernel,
-    /// Frames of an invocation: the kernel's constant `FRAMES`, or 1 for a kernel without it.
-    pub frames_at_once: u32,
-    /// The stage that it computes, or a part of it. Before it, the earlier stages must be finished. In its
-    /// own stage, the earlier dispatches of other kernels must be finished.
-    pub stage: Stage,
-    /// The indices of its buffers, in the order of its bindings.
-    pub buffers: Vec<usize>,
-    /// Its parameter block.
-    pub params: Vec<u32>,
-    /// Workgroups along x and y; z has one.
-    pub workgroups: [u32; 2],
-}
-
-impl Dispatch {
-    /// Whether this dispatch can begin only when `before`, the dispatch before it, is finished.
-    pub fn follows(&self, before: &Self) -> bool {
-        (self.stage, self.kernel) != (before.stage, before.kernel)
-    }
 }
 
 impl Plan {

@@ -36,6 +36,12 @@ pub fn bare_label(label: &str) -> String {
     label.rsplit(LABEL_SEPARATORS).next().unwrap_or(label).trim().to_lowercase()
 }
 
+/// What stands before the label of [`bare_label`], with its separator, such as `Anna:`; empty if nothing does.
+pub fn label_prefix(label: &str) -> &str {
+    // Each separator has one byte.
+    label.rfind(LABEL_SEPARATORS).map_or("", |at| &label[..=at])
+}
+
 /// The word of `known` that was probably meant by `word`: at most a third of its letters differ.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // The comparison takes quadratic time, so longer words are left out.

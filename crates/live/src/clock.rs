@@ -10,6 +10,8 @@ const LONG: f64 = 0.5;
 const FASTER: f64 = 20.0;
 /// So many odd steps show the unit.
 const ENOUGH: u32 = 8;
+/// A step without time counts as much as so many steps with time.
+const STILL: u32 = 8;
 /// Units that are taken for seconds: what they are called, and how many make a second.
 const UNITS: [Unit; 3] = [
     Unit { name: "milliseconds", a_second: 1e3 },
@@ -55,11 +57,13 @@ pub(crate) struct Clock {
     last: Option<Last>,
     /// The frame before the first odd step, and the number of odd steps.
     odd: Option<(Last, u32)>,
+    /// [`STILL`] for each step without time, less 1 for each step with time.
+    still: u32,
 }
 
 impl Default for Clock {
     fn default() -> Self {
-        Self { source: Source::Sender(1.0), offset: 0.0, last: None, odd: None }
+        Self { source: Source::Sender(1.0), offset: 0.0, last: None, odd: None, still: 0 }
     }
 }
 
@@ -74,7 +78,7 @@ impl Clock {
         warnings: &mut Warnings,
     ) -> f64 {
         if is_anew || self.last.is_none() {
-            (self.source, self.odd) = (first_source(stamp, warnings), None);
+            (self.source, self.odd, self.still) = (first_source(stamp, warnings), None, 0);
         }
         let seconds = stamp.map_or(arrived, |stamp| stamp.seconds);
         let Some(last) = self.last else {
@@ -87,29 +91,44 @@ impl Clock {
         };
         let elapsed = (arrived - last.arrived).max(LEAST_STEP);
         let mut time = self.raw(seconds, arrived) + self.offset;
+        let mut begins_anew = is_anew;
         if is_anew {
             time = last.time + elapsed;
         } else if let Source::Sender(_) = self.source {
             if seconds == last.seconds {
-                warnings.say(About::StillTimes, || {
-                    format!(
-                        "the time of the frames stays {seconds} while their numbers rise, so frames get the \
-                         times of their arrival; send each frame's time in seconds in {FRAME_MESSAGE}"
-                    )
-                });
-                (self.source, time) = (Source::Arrival, last.time + elapsed);
+                begins_anew = self.stands_still(seconds, warnings);
+                time = last.time + elapsed;
             } else if time - last.time > LONG.max(FASTER * elapsed) {
+                begins_anew = true;
                 time = self.after_odd_step(last, seconds, arrived, warnings);
+            } else {
+                self.still = self.still.saturating_sub(1);
             }
         }
         time = time.max(last.time + LEAST_STEP);
-        self.offset = if self.raw(seconds, arrived) + self.offset == time {
-            self.offset
-        } else {
-            time - self.raw(seconds, arrived)
-        };
+        if begins_anew {
+            self.offset = time - self.raw(seconds, arrived);
+        }
         self.last = Some(Last { seconds, arrived, time });
         time
+    }
+
+    /// Counts a step without time. After a few, this machine's clock counts, and the result is true.
+    ///
+    /// A single such step is no fault: a sender may round its times, or give its first frame twice.
+    fn stands_still(&mut self, seconds: f64, warnings: &mut Warnings) -> bool {
+        self.still += STILL;
+        if self.still < ENOUGH * STILL {
+            return false;
+        }
+        warnings.say(About::StillTimes, || {
+            format!(
+                "the time of the frames stays {seconds} from one frame to the next, so frames get the times \
+                 of their arrival; send each frame's time in seconds in {FRAME_MESSAGE}"
+            )
+        });
+        self.source = Source::Arrival;
+        true
     }
 
     /// The time of the source, without the offset.
@@ -130,6 +149,11 @@ impl Clock {
             return last.time + elapsed;
         }
         let ratio = (seconds - first.seconds) / (arrived - first.arrived).max(LEAST_STEP);
+        if ratio < FASTER {
+            // A few leaps of a sender whose clock keeps pace, such as one that plays a take and skips parts.
+            self.odd = None;
+            return last.time + elapsed;
+        }
         if let Some(unit) = UNITS.iter().find(|unit| (0.5..2.0).contains(&(ratio / unit.a_second))) {
             // A time that looked like one since 1970 may be another.
             let about = if self.source == Source::Sender(1.0) { About::Unit } else { About::OtherUnit };
@@ -242,7 +266,7 @@ mod tests {
         let coarse = |t: f64| f64::from((1.76e9 + t) as f32);
         for (is_float, seconds, words) in [
             (true, &coarse as &dyn Fn(f64) -> f64, "32-bit float"),
-            (false, &|_| 0.0, "stays 0 while"),
+            (false, &|_| 0.0, "stays 0 from one frame to the next"),
             (false, &|t| 60_000.0 * t, "times as fast as this machine's clock"),
         ] {
             let (found, said) = times(is_float, seconds);
@@ -257,5 +281,35 @@ mod tests {
             assert_eq!(clock.time(stamp(seconds, false), arrived, false, &mut warnings), seconds);
         }
         assert!(warnings.sentences.is_empty());
+    }
+    /// A first frame that comes twice is no fault. Times that are rounded to hundredths do not run away.
+    #[test]
+    fn a_time_that_comes_twice_is_no_still_clock() {
+        let (found, said) = times(false, |t| (t - 0.01).max(0.0));
+        assert!(said.is_empty(), "{said:?}");
+        // The arrival of the second frame is its time, and the sender's clock counts again from then on.
+        are_even(&found[3..], 1e-9);
+        assert!(found[1] > 0.005 && found[39] == 0.38, "{found:?}");
+        // 120 frames a second: each fifth step has no time, but the times do not run away.
+        let (mut clock, mut warnings) = (Clock::default(), Warnings::default());
+        for i in 0..1_000 {
+            let t = f64::from(i) / 120.0;
+            let time = clock.time(stamp((t * 100.0).round() / 100.0, false), t, false, &mut warnings);
+            assert!((time - t).abs() < 0.02, "{i}: {time} at {t}");
+        }
+    }
+
+    #[test]
+    fn a_sender_that_leaps_now_and_then_keeps_its_clock() {
+        let (mut clock, mut warnings) = (Clock::default(), Warnings::default());
+        let mut last = 0.0;
+        for i in 0..2_000 {
+            let t = f64::from(i) * 0.01;
+            // It skips ten seconds each hundred frames.
+            let time = clock.time(stamp(t + 10.0 * (t / 1.0).floor(), false), t, false, &mut warnings);
+            assert!(i == 0 || (time - last - 0.01).abs() < 1e-6, "{i}: {last} {time}");
+            last = time;
+        }
+        assert!(warnings.sentences.is_empty(), "{:?}", warnings.sentences);
     }
 }

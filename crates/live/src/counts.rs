@@ -15,6 +15,9 @@ pub struct Counts {
     pub lost: u64,
     /// Datagrams that are no part of a frame, or that are another sender's while one is heard.
     pub bad: u64,
+    /// Datagrams that have nothing for the stream: messages with other addresses alone, or markers that are
+    /// not seen or belong to no handle.
+    pub other: u64,
 }
 
 /// The most addresses that are named.

@@ -1,13 +1,15 @@
 //! Which handle a marker of the network belongs to, by the rules that also apply to files.
 
 use crate::warnings::{About, Warnings};
-use rhytid_core::text::bare_label;
+use rhytid_core::text::{bare_label, label_prefix, quoted};
 use std::collections::{BTreeMap, HashMap};
 
 /// The most labels that are learned.
 pub(crate) const MOST_LABELS: usize = 1_024;
 /// The most actors whose markers are left out.
 const MOST_ACTORS: usize = 16;
+/// The most labels of no handle that are named.
+const NAMED: usize = 3;
 
 /// How a marker's label is a handle's, the best first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -30,6 +32,8 @@ pub(crate) struct Handles {
     bound: Vec<Option<(Rule, String)>>,
     /// Prefixes of actors whose markers are left out.
     others: Vec<String>,
+    /// The first labels that came and are no handle's.
+    unknown: Vec<String>,
 }
 
 impl Handles {
@@ -53,27 +57,37 @@ impl Handles {
             (Rule::Folded, of(&str::to_lowercase, false)),
             (Rule::Bare, of(&bare_label, false)),
         ];
-        Self { names: names.to_vec(), by_rule, bound: vec![None; names.len()], others: Vec::new() }
+        let bound = vec![None; names.len()];
+        Self { names: names.to_vec(), by_rule, bound, others: Vec::new(), unknown: Vec::new() }
     }
 
     /// Notes that a marker of this label comes.
     pub(crate) fn learn(&mut self, label: &str, warnings: &mut Warnings) {
-        let Some((rule, handle)) = self.candidate(label) else { return };
+        let Some((rule, handle)) = self.candidate(label) else {
+            if self.unknown.len() < NAMED && !self.unknown.iter().any(|known| known == label) {
+                self.unknown.push(label.to_owned());
+            }
+            return;
+        };
         match &self.bound[handle] {
             Some((_, bound)) if bound == label => {}
             Some((known, _)) if *known < rule => {}
             Some((known, bound)) if *known == rule => {
-                let bound = bound.clone();
+                let actor = label_prefix(label).to_owned();
+                let is_other_actor = rule == Rule::Bare && actor != label_prefix(bound);
                 warnings.say(About::Names, || {
+                    let (left_out, remedy) = match is_other_actor {
+                        true => (format!("the markers of “{actor}” are"), "send those of one actor"),
+                        false => ("the second is".to_owned(), "rename one of them"),
+                    };
                     format!(
-                        "the markers “{bound}” and “{label}” both have the name of the handle “{}”, so the \
-                         markers of “{}” are left out; send those of one actor, or give a map of handles to markers",
-                        self.names[handle],
-                        prefix(label)
+                        "the markers “{bound}” and “{label}” both have the name of the handle “{}”, so {left_out} \
+                         left out; {remedy}",
+                        self.names[handle]
                     )
                 });
-                if rule == Rule::Bare && prefix(label) != prefix(&bound) && self.others.len() < MOST_ACTORS {
-                    self.leave_out(prefix(label).to_owned());
+                if is_other_actor && self.others.len() < MOST_ACTORS {
+                    self.leave_out(actor);
                 }
             }
             _ => self.bound[handle] = Some((rule, label.to_owned())),
@@ -86,9 +100,23 @@ impl Handles {
         self.bound[handle].as_ref().is_some_and(|(_, bound)| bound == label).then_some(handle)
     }
 
+    /// What came where no marker is a handle's; `None` where one is, or where nothing came.
+    fn unknown_words(&self) -> Option<String> {
+        if self.unknown.is_empty() || self.bound.iter().any(Option::is_some) {
+            return None;
+        }
+        let expected = self.names.iter().take(NAMED).map(|name| quoted(name)).collect::<Vec<_>>();
+        Some(format!(
+            "markers came with the labels {}, and none is a handle's, expected labels such as {}",
+            self.unknown.iter().map(|label| quoted(label)).collect::<Vec<_>>().join(", "),
+            expected.join(", ")
+        ))
+    }
+
     fn leave_out(&mut self, actor: String) {
         for bound in &mut self.bound {
-            if bound.as_ref().is_some_and(|(rule, label)| *rule == Rule::Bare && prefix(label) == actor) {
+            if bound.as_ref().is_some_and(|(rule, label)| *rule == Rule::Bare && label_prefix(label) == actor)
+            {
                 *bound = None;
             }
         }
@@ -100,7 +128,7 @@ impl Handles {
             let found = match rule {
                 Rule::Same => handles.get(label),
                 Rule::Folded => handles.get(&label.trim().to_lowercase()),
-                Rule::Bare if self.others.iter().any(|other| other == prefix(label)) => None,
+                Rule::Bare if self.others.iter().any(|other| other == label_prefix(label)) => None,
                 Rule::Bare => handles.get(&bare_label(label)),
             };
             if let Some(Some(handle)) = found {
@@ -109,11 +137,6 @@ impl Handles {
         }
         None
     }
-}
-
-/// What stands before the bare label, such as `Anna:`.
-fn prefix(label: &str) -> &str {
-    label.rfind(':').map_or("", |at| &label[..=at])
 }
 
 /// The markers of a stream.
@@ -155,6 +178,14 @@ impl Labels {
         }
     }
 
+    /// What came where no marker is a handle's, as a sentence without its full stop.
+    pub(crate) fn unknown_words(&self) -> Option<String> {
+        match self {
+            Self::Handles(handles) => handles.unknown_words(),
+            Self::All { .. } => None,
+        }
+    }
+
     /// The place of a marker among the names.
     pub(crate) fn place(&self, label: &str) -> Option<usize> {
         match self {
@@ -191,10 +222,23 @@ mod tests {
 
     #[test]
     fn two_actors_are_not_mixed() {
-        let mut known = handles(&["chin", "brow"], &[]);
-        let (found, said) = found(&mut known, &["Anna:chin", "Bert:brow", "Bert:chin", "Anna:brow"]);
-        assert_eq!(found, [Some(0), None, None, Some(1)]);
-        assert!(said.len() == 1 && said[0].contains("of “Bert:” are left out"), "{said:?}");
+        for separator in [':', '|'] {
+            let mut known = handles(&["chin", "brow"], &[]);
+            let of = |actor: &str, name: &str| format!("{actor}{separator}{name}");
+            let labels = [of("Anna", "chin"), of("Bert", "brow"), of("Bert", "chin"), of("Anna", "brow")];
+            let (found, said) = found(&mut known, &labels.each_ref().map(String::as_str));
+            assert_eq!(found, [Some(0), None, None, Some(1)]);
+            let words = format!("of “Bert{separator}” are left out; send those of one actor");
+            assert!(said.len() == 1 && said[0].contains(&words), "{said:?}");
+        }
+    }
+
+    #[test]
+    fn two_spellings_of_one_name_are_named() {
+        let mut known = handles(&["Chin", "brow"], &[]);
+        let (found, said) = found(&mut known, &["CHIN", "chin", "brow"]);
+        assert_eq!(found, [Some(0), None, Some(1)]);
+        assert!(said.len() == 1 && said[0].contains("so the second is left out; rename one"), "{said:?}");
     }
 
     #[test]

@@ -37,6 +37,11 @@ impl Frame {
     /// [`MAX_DATAGRAM`] bytes, and for numbers that are not finite. It is also so for labels that are empty,
     /// longer than [`MAX_LABEL`], repeated, or have a zero byte.
     pub fn encode(&self) -> Result<Vec<u8>> {
+        if self.markers.iter().flat_map(|(_, position)| position).any(|x| x.is_nan()) {
+            return Err(Error::out_of_range(
+                "the frame cannot be sent: it has a position that is not finite; leave out markers that are not seen",
+            ));
+        }
         let message = |addr: &str, args| OscPacket::Message(OscMessage { addr: addr.to_owned(), args });
         let number = i32::try_from(self.number).map_or(OscType::Long(self.number), OscType::Int);
         let mut content = vec![message(FRAME, vec![number, OscType::Double(self.seconds)])];
@@ -61,7 +66,8 @@ impl Frame {
         }
     }
 
-    /// The frame in a datagram that is a whole frame by itself. For any content, it uses no more memory than
+    /// The frame in a datagram that is a whole frame by itself. A marker with NaN for a coordinate was not seen,
+    /// and is left out. For any content, it uses no more memory than
     /// a small multiple of the datagram's size.
     ///
     /// # Errors

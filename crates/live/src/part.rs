@@ -37,6 +37,8 @@ pub(crate) struct Part {
     pub stamp: Option<Stamp>,
     /// Distinct labels and positions.
     pub markers: Vec<(String, [f32; 3])>,
+    /// Whether there is a marker without a position: NaN in place of a coordinate says that it is not seen.
+    pub has_unseen: bool,
     /// The address of the first message that is none of these.
     pub other: Option<String>,
 }
@@ -111,6 +113,10 @@ impl Part {
         }
         let [x, y, z] = position;
         let position = [real(x)? as f32, real(y)? as f32, real(z)? as f32];
+        if position.iter().any(|x| x.is_nan()) {
+            self.has_unseen = true;
+            return Ok(());
+        }
         if !position.iter().all(|x| x.is_finite()) {
             return Err("has a position that is not finite");
         }

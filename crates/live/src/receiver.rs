@@ -77,9 +77,12 @@ impl Receiver {
         self.socket.set_nonblocking(false).map_err(io(self.address))?;
         let start = Instant::now();
         loop {
-            // A frame may be whole without another datagram.
-            if self.stream.close(self.now()) {
-                return Ok(self.stream.newest());
+            if self.stream.due().is_some_and(|due| due <= self.now()) {
+                // What has come while this thread was stopped may make the frame whole.
+                if self.read_waiting(true)? || self.stream.close(self.now()) {
+                    return Ok(self.stream.newest());
+                }
+                self.socket.set_nonblocking(false).map_err(io(self.address))?;
             }
             let Some(left) = wait.checked_sub(start.elapsed()).filter(|left| !left.is_zero()) else {
                 return Ok(None);
@@ -100,14 +103,26 @@ impl Receiver {
     /// # Errors
     /// [`Error::Io`].
     pub fn newest(&mut self) -> Result<Option<LiveFrame<'_>>> {
+        self.read_waiting(false)?;
+        self.stream.close(self.now());
+        Ok(self.stream.newest())
+    }
+
+    /// Reads the datagrams that have come, without waiting: those of one frame, or at most a fixed number of
+    /// them. The result is whether there is a new newest frame. The socket does not block afterwards.
+    fn read_waiting(&mut self, of_one_frame: bool) -> Result<bool> {
         self.socket.set_nonblocking(true).map_err(io(self.address))?;
+        let mut is_new = false;
         for _ in 0..AT_ONCE {
-            if self.read()?.is_none() {
+            match self.read()? {
+                None => break,
+                Some(is_newer) => is_new |= is_newer,
+            }
+            if is_new && of_one_frame {
                 break;
             }
         }
-        self.stream.close(self.now());
-        Ok(self.stream.newest())
+        Ok(is_new)
     }
 
     /// The state of what comes.

@@ -111,15 +111,19 @@ fn nothing(receiver: &Receiver, patience: Duration) -> Error {
     let (address, seconds) = (receiver.address(), patience.as_secs_f64());
     let stream = receiver.stream();
     let page = concat!(env!("CARGO_PKG_REPOSITORY"), "/blob/main/docs/live.md");
-    let what = match (stream.other_messages(), stream.why_bad()) {
-        (Some(others), _) => {
+    let what = match (stream.other_labels(), stream.other_messages(), stream.why_bad()) {
+        (Some(labels), _, _) => format!("{labels}; send these; see {page}"),
+        (None, Some(others), _) => {
             format!("{others}; send these, or name the address that has the positions; see {page}")
         }
-        (None, Some(why)) => format!(
+        (None, None, Some(why)) => format!(
             "none of the {} datagrams is a frame (the last {why}); {page} describes a frame",
             stream.counts().bad
         ),
-        (None, None) => {
+        (None, None, None) if stream.counts().other > 0 => {
+            format!("all markers that came are not seen: their positions are NaN; see {page}")
+        }
+        (None, None, None) => {
             "no datagram arrived; check that the sender sends to this address and port".to_owned()
         }
     };

@@ -59,6 +59,8 @@ pub struct Stream {
     last: Option<Last>,
     /// The most datagrams that a numbered frame of this sender has had.
     parts: usize,
+    /// The datagrams that contradicted the newest frame, whose number and time they have.
+    contradictions: u32,
     /// The time between frames without numbers, in seconds.
     interval: Option<f64>,
     clock: Clock,
@@ -106,6 +108,7 @@ impl Stream {
             pending: None,
             last: None,
             parts: 0,
+            contradictions: 0,
             interval: None,
             clock: Clock::default(),
             latency: Latency::default(),
@@ -148,13 +151,15 @@ impl Stream {
     /// result is whether there is a new newest frame. The datagram may also have completed a frame that
     /// [`close`](Self::close) gives.
     pub fn accept(&mut self, datagram: &[u8], from: SocketAddr, arrived: f64) -> bool {
-        let is_new = self.close(arrived);
         let heard = self.sender.filter(|(_, last)| arrived - last < SILENCE);
-        if heard.is_some_and(|(sender, _)| sender != from) {
-            self.bad("is from another sender than the frames before it");
-            return is_new;
-        }
-        let part = match Part::decode(datagram, &self.pattern) {
+        let part = match heard {
+            Some((sender, _)) if sender != from => Err("is from another sender than the frames before it"),
+            _ => Part::decode(datagram, &self.pattern),
+        };
+        // A frame whose time has come while nobody looked can still become whole.
+        let is_of_pending = heard.is_some() && part.as_ref().is_ok_and(|part| self.is_of_pending(part));
+        let is_new = !is_of_pending && self.close(arrived);
+        let part = match part {
             Ok(part) => part,
             Err(why) => {
                 self.bad(why);
@@ -165,8 +170,14 @@ impl Stream {
             self.others.add(other);
         }
         if part.stamp.is_none() && part.markers.is_empty() {
-            self.bad("has no message that is read");
+            match part.other.is_some() || part.has_unseen {
+                true => self.counts.other += 1,
+                false => self.bad("has no message that is read"),
+            }
             return is_new;
+        }
+        if part.stamp.is_none() && self.pattern.is_foreign() {
+            self.learn(&part, arrived);
         }
         let is_anew = heard.is_none();
         if is_anew {
@@ -175,12 +186,14 @@ impl Stream {
         match self.place(&part, from, is_anew) {
             Place::Late => self.counts.late += 1,
             Place::Bad(why) => self.bad(why),
+            Place::Nowhere => self.counts.other += 1,
             Place::Joins => {
                 self.sender = Some((from, arrived));
                 self.join(part, arrived);
             }
             Place::Begins { is_anew } => {
                 let gave = self.give();
+                self.contradictions = 0;
                 self.sender = Some((from, arrived));
                 if is_anew {
                     (self.parts, self.interval) = (0, None);
@@ -202,11 +215,27 @@ impl Stream {
                 if self.pending.is_some() { self.join_or_bad(part) } else { self.late(part) }
             }
             None if !self.pattern.is_foreign() => Place::Bad("has no /rhytid/frame, and none came before it"),
-            None if self.pending.as_ref().is_some_and(|pending| !pending.repeats(&self.placed(part))) => {
-                Place::Joins
+            None => {
+                let placed = self.placed(part);
+                match &self.pending {
+                    // A marker of no handle must not hold a frame back.
+                    _ if placed.is_empty() => Place::Nowhere,
+                    Some(pending) if !pending.repeats(&placed) => Place::Joins,
+                    _ => Place::Begins { is_anew },
+                }
             }
-            None => Place::Begins { is_anew },
         }
+    }
+
+    /// Whether a datagram says, or goes without saying, that it is of the frame that is not whole yet.
+    fn is_of_pending(&self, part: &Part) -> bool {
+        let pending = self.pending.as_ref().and_then(|pending| pending.stamp);
+        self.is_numbered
+            && match (pending, part.stamp) {
+                (Some(known), Some(stamp)) => known.number == stamp.number,
+                (Some(_), None) => true,
+                (None, _) => false,
+            }
     }
 
     /// The frame that is not whole yet, else the last one.
@@ -236,7 +265,9 @@ impl Stream {
         }
         let placed = self.placed(part);
         // Where each message is a datagram, each frame begins with its number and time.
-        let comes_again = newest.repeats(&placed) || part.markers.is_empty() && newest.parts > 0;
+        let begins_again = part.markers.is_empty() && newest.parts > 0;
+        let comes_again = newest.repeats(&placed) || begins_again;
+        let contradicts = newest.differs(&placed) || begins_again;
         if !self.is_numbered {
             // The numbers stand still: a frame ends where a marker comes again.
             return match (&self.pending, is_later) {
@@ -245,11 +276,15 @@ impl Stream {
                 _ => Place::Begins { is_anew: false },
             };
         }
-        if stamp.number == known.number && stamp.seconds > known.seconds && comes_again {
+        if stamp.number == known.number && contradicts {
+            self.contradictions += 1;
+        }
+        let is_still = stamp.seconds > known.seconds || self.contradictions >= ENOUGH;
+        if stamp.number == known.number && comes_again && is_still {
             self.is_numbered = false;
             self.warnings.say(About::StillNumbers, || {
                 format!(
-                    "the number of the frames stays {} while their times rise, so frames are numbered as \
+                    "the number of the frames stays {} from one frame to the next, so frames are numbered as \
                      they come, and lost ones cannot be counted; send a number that rises from frame to \
                      frame in /rhytid/frame NUMBER SECONDS",
                     stamp.number
@@ -395,6 +430,12 @@ impl Stream {
         self.others.words(&self.pattern)
     }
 
+    /// The labels that came, and what was expected, as a sentence without its full stop. `None` where some
+    /// marker is a handle's, or where none came.
+    pub fn other_labels(&self) -> Option<String> {
+        self.labels.unknown_words()
+    }
+
     /// What is likely wrong with the sender, in the order in which it was found: a sentence each.
     pub fn warnings(&self) -> &[String] {
         &self.warnings.sentences
@@ -405,6 +446,9 @@ impl Stream {
 /// next frame ends the wait, too.
 const PAUSE: f64 = 0.1;
 
+/// So many contradictions show that number and time stand still.
+const ENOUGH: u32 = 8;
+
 /// What a datagram is to the frames so far.
 enum Place {
     /// It begins a frame. `is_anew` says whether it is the first of a sender.
@@ -413,6 +457,8 @@ enum Place {
     Joins,
     /// It belongs to a frame that was given, or to an older one.
     Late,
+    /// It has nothing for the stream.
+    Nowhere,
     /// It fits nowhere.
     Bad(&'static str),
 }

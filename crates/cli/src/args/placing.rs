@@ -5,6 +5,7 @@ use super::values::{
     Elsewhere, Json, MissingChoice, ShapesChoice, UnitChoice, parse_mesh_unit, parse_rate, parse_shapes,
 };
 use super::{INPUT, SPACE};
+use crate::output::word;
 use rhytid::Error;
 use rhytid::capture::Axes;
 use rhytid::formats::export::Treatment;
@@ -39,6 +40,23 @@ pub(crate) struct Placement {
     /// The take's frames per second [default: what the file says].
     #[arg(long, value_name = "N", value_parser = parse_rate)]
     pub rate: Option<f64>,
+}
+
+impl Placement {
+    /// These options as they were given, with a blank before each, to be given again. The frame and the known
+    /// vertices are left out.
+    pub(crate) fn again(&self) -> String {
+        let Self { frame: _, at: _, rigid, subject, rate } = self;
+        let rigid = rigid.as_ref().map(|labels| labels.join(","));
+        let rate = rate.map(|rate| rate.to_string());
+        let given = [("--rigid", rigid), ("--subject", subject.clone()), ("--rate", rate)];
+        given.into_iter().map(|(option, value)| again(option, value)).collect()
+    }
+}
+
+/// An option as it was given, with a blank before it; empty if it was not given.
+pub(crate) fn again(option: &str, value: Option<impl AsRef<Path>>) -> String {
+    value.map_or_else(String::new, |value| format!(" {option} {}", word(value.as_ref())))
 }
 
 /// `rhytid handles`

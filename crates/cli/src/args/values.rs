@@ -3,7 +3,7 @@
 use super::{GLOBAL, INPUT};
 use clap::ValueEnum;
 use rhytid::BasisStorage;
-use rhytid::core::Method;
+use rhytid::core::{LengthUnit, Method};
 use rhytid::formats::Reach;
 use rhytid::formats::export::{HeadMotion, OutputStage};
 use rhytid::formats::project::Units;
@@ -118,6 +118,11 @@ pub(crate) enum UnitChoice {
 }
 
 impl UnitChoice {
+    /// Its name, as the option has it.
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value().map(|value| value.get_name().to_owned()).unwrap_or_default()
+    }
+
     /// The unit of so many metres.
     pub(crate) fn of_metres(metres: f64) -> Option<Self> {
         Self::value_variants().iter().copied().find(|unit| unit.metres() == metres)
@@ -138,16 +143,13 @@ impl UnitChoice {
 /// `--unit` of a mesh: a name as in a project file, or a number of metres.
 pub(super) fn parse_mesh_unit(text: &str) -> Result<Units, String> {
     let number = || text.parse().ok().filter(|metres: &f64| *metres > 0.0 && metres.is_finite());
-    Ok(match text {
-        "m" => Units::Metres,
-        "cm" => Units::Centimetres,
-        "mm" => Units::Millimetres,
-        "in" => Units::Inches,
-        "ft" => Units::MetresPerUnit(0.3048),
-        _ => Units::MetresPerUnit(
-            number().ok_or("expected m, cm, mm, in, ft or a number above 0, the metres in one unit")?,
-        ),
-    })
+    if let Some(units) = Units::named(text) {
+        return Ok(units);
+    }
+    // A project file has feet as a number.
+    let metres = LengthUnit::named(text).map(|unit| unit.metres).or_else(number);
+    let metres = metres.ok_or("expected m, cm, mm, in, ft or a number above 0, the metres in one unit")?;
+    Ok(Units::MetresPerUnit(metres))
 }
 
 /// `--skip`

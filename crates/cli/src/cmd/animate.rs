@@ -5,6 +5,7 @@ use super::masks::{self, Masks};
 use crate::args::{FramesChoice, HeadChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
+use rhytid::capture;
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, ChannelKind, DeviceInfo, Mesh, rig_file};
 use rhytid::evaluate::{Regions, StrainCurves, coverage};
@@ -165,8 +166,9 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     };
     let options = export_options(args, prepared.rig.surface().metres_per_unit);
     check_export(&prepared.rig, &prepared.recipe, frames, &args.output, &options)?;
-    let (take, kept) = listen::take(args, &prepared.rig, frames, ui)?;
-    let made = make(args, prepared, take, ui);
+    let (mut take, kept) = listen::take(args, &prepared.rig, frames, ui)?;
+    let softened = if args.reading.soft_markers { capture::soften(&mut take).map(|_| ()) } else { Ok(()) };
+    let made = softened.and_then(|()| make(args, prepared, take, ui));
     match made {
         Ok(_) => kept.remove(),
         Err(_) => ui.line(&format!("note: {}", kept.advice())),
@@ -392,7 +394,8 @@ fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
 fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     args.fine_detail.check()?;
     // A raw take may need it for its clean-up, whatever the format.
-    let is_raw = args.take.as_deref().is_some_and(|take| !raw_take::is_take_csv(take));
+    let is_raw =
+        args.live.sender.world || args.take.as_deref().is_some_and(|take| !raw_take::is_take_csv(take));
     let for_gltf = [
         (args.compressed, "--compressed"),
         (args.quantize, "--quantize"),
@@ -403,6 +406,12 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         return Err(Error::conflict(
             "--compressed and --shapes N are two ways to write few shapes; give one",
         ));
+    }
+    if let Some(shapes) = args.reading.shapes_of_curves().filter(|_| args.live.listen.is_some()) {
+        return Err(Error::conflict(format!(
+            "--listen receives positions, so that --shapes {} changes nothing; leave it out",
+            shapes.display()
+        )));
     }
     let kinds = args.channels.0.kinds().filter(|kind| !kind.is_default() && !format.carries(*kind));
     if let Some(kind) = kinds.into_iter().next() {

@@ -1,7 +1,7 @@
 //! `rhytid handles`
 
 use super::placing::{Avatar, at_markers, spread};
-use crate::args::UnitChoice;
+use crate::args::{UnitChoice, again as again_of};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::{AtomicFile, UpAxis, human};
@@ -92,7 +92,14 @@ fn avatar(args: &args::Handles, project: &project::Project, up: UpAxis) -> Resul
 /// The command that places the same handles once more.
 fn again(args: &args::Handles, take: &Path, table: &Path) -> String {
     let [project, take, table] = [args.project.as_path(), take, table].map(output::word);
-    format!("rhytid handles {project} {take} -o {table}{}", args.elsewhere.again())
+    let unit = args.unit.map(UnitChoice::name);
+    format!(
+        "rhytid handles {project} {take} -o {table}{}{}{}{}",
+        again_of("--part", args.part.as_ref()),
+        again_of("--unit", unit),
+        args.placement.again(),
+        args.elsewhere.again()
+    )
 }
 
 /// The JSON that is printed.

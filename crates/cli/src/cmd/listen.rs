@@ -98,7 +98,7 @@ fn with_take(words: Vec<String>, rig: &Path, take: &Path) -> String {
     let mut words = words.into_iter().peekable();
     while let Some(word) = words.next() {
         let option = word.split('=').next().unwrap_or_default();
-        if ["--frames", "--record", "--timeout", "--listen"].contains(&option) {
+        if ["--frames", "--record", "--timeout", "--listen", "--address"].contains(&option) {
             // Its value is in the same word, or there is none: `--listen` may stand without an address.
             let is_alone = word != option
                 || option == "--listen"
@@ -124,7 +124,9 @@ pub(super) fn prepare(words: Vec<String>, rig: &Path, recording: &Path) -> Strin
     let mut words = words.into_iter();
     while let Some(word) = words.next() {
         let option = word.split('=').next().unwrap_or_default();
-        if ["--rigid", "--unit", "--axes", "--neutral", "--setup"].contains(&option) {
+        if ["--force", "--allow-elsewhere"].contains(&option) {
+            command += &format!(" {option}");
+        } else if ["--rigid", "--unit", "--axes", "--neutral", "--setup"].contains(&option) {
             command += &format!(" {}", output::word(Path::new(&word)));
             if word == option {
                 command += &words
@@ -158,7 +160,10 @@ fn free(path: &Path) -> PathBuf {
 pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<(Take, Kept)> {
     let address = args.live.listen.ok_or_else(|| Error::Internal("nowhere to listen".into()))?;
     let sender = &args.live.sender;
-    let world = sender.clean_up(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
+    let mut world = sender.clean_up(args.reading.setup.as_deref(), args.reading.elsewhere.reach())?;
+    if let Some(clean_up) = &mut world {
+        clean_up.settings.force |= args.reading.force;
+    }
     let handles = rig.handles();
     let stream = match &world {
         Some(_) => Stream::of_all_markers(),
@@ -187,10 +192,11 @@ pub(super) fn take(args: &Animate, rig: &Rig, frames: usize, ui: &Ui) -> Result<
     let recording = recorded.inspect_err(|_| kept.remove())?;
     if world.is_none() && recording.unseen.len() == handles.labels.len() {
         kept.remove();
+        let came = receiver.stream().other_labels();
         return Err(Error::network(format!(
-            "{address}: no frame has a marker of the rig's {}, expected labels such as {}; see `rhytid info {}`",
+            "{address}: no frame has a marker of the rig's {}: {}; see `rhytid info {}`",
             human::counted(handles.labels.len(), "handle"),
-            handles.labels.first().map_or("", String::as_str),
+            came.unwrap_or_else(|| "no frame shows any marker".to_owned()),
             args.rig.display()
         )));
     }
@@ -281,11 +287,12 @@ mod tests {
 
     #[test]
     fn the_command_for_a_recording_in_world_space_has_its_options() {
-        let line = "animate face.safetensors --listen --frames 9 --world --unit mm --axes=+x+z-y -o a.glb --fps 30 --rigid a,b,c";
-        let words = line.split(' ').map(str::to_owned).collect();
+        let line = "animate face.safetensors --listen --frames 9 --world --unit mm --axes=+x+z-y -o a.glb --fps 30 --force \
+                    --rigid a,b,c";
+        let words = line.split_whitespace().map(str::to_owned).collect();
         assert_eq!(
             prepare(words, Path::new("face.safetensors"), Path::new("a.csv")),
-            "rhytid prepare a.csv --rig face.safetensors --world --unit mm \"--axes=+x+z-y\" --rigid \"a,b,c\" -o a.clean.csv"
+            "rhytid prepare a.csv --rig face.safetensors --world --unit mm \"--axes=+x+z-y\" --force --rigid \"a,b,c\" -o a.clean.csv"
         );
     }
 
@@ -300,6 +307,7 @@ mod tests {
             "animate face.safetensors --listen --frames 9 -o a.glb --quantize --head bake",
             "animate --listen=9000 face.safetensors -o a.glb --quantize --frames=9 --head bake --timeout 3",
             "animate face.safetensors --listen 127.0.0.1:9000 -o a.glb --record b.csv --quantize --frames 9 --head bake",
+            "animate face.safetensors --listen 9000 --address /m/{label} -o a.glb --quantize --frames 9 --head bake",
         ] {
             assert_eq!(found(line), expected, "{line}");
         }

@@ -26,6 +26,21 @@ fn without_example(project: &str) -> String {
     project.replace("[[example]]\nname = \"pinch\"\nmesh = \"poses/pinch.obj\"\n", "")
 }
 
+#[test]
+fn info_says_which_curves_move() {
+    let fixture = Fixture::new();
+    fixture.write("curves.csv", CURVES);
+    let output = fixture.rhytid("info curves.csv --json").output().unwrap();
+    let info: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((&info["kind"], &info["frames"], &info["rate"]), (&"curves".into(), &3.into(), &1.0.into()));
+    let expected =
+        serde_json::json!([{"name": "Pinch", "largest": 1.0}, {"name": "TongueOut", "largest": 0.25}]);
+    assert_eq!(info["curves"], expected);
+    let text = String::from_utf8(fixture.rhytid("info curves.csv").output().unwrap().stdout).unwrap();
+    assert!(text.contains("curves.csv: curves, ") && text.contains("Pinch, TongueOut"), "{text}");
+    assert!(text.contains("the head keeps still: \"HeadYaw\""), "{text}");
+}
+
 /// The positions of an OBJ file, read without the program.
 fn obj(text: &str) -> Vec<[f64; 3]> {
     let of_line = |line: &str| {

@@ -215,11 +215,55 @@ fn positions_in_world_space_are_recorded_and_cleaned_as_a_file_is() {
     // The same from the file.
     f.done(&format!("prepare raw.csv --rig face.safetensors {options} -o clean.csv"));
     f.done("verify live.usd --rig face.safetensors --take clean.csv --device cpu:0");
+    f.refused(
+        "animate face.safetensors --listen 127.0.0.1:0 --frames 2 --shapes poses -o out/face.usd",
+        &["--listen receives positions, so that --shapes poses changes nothing"],
+    );
     f.write("setup.toml", "unit = \"mm\"\n");
     f.refused(
         "animate face.safetensors --listen 127.0.0.1:0 --frames 2 --setup setup.toml -o out/face.usd",
         &["--setup with --listen is for --world"],
     );
+}
+
+/// The noise of received markers is taken out as that of a file's.
+#[test]
+fn received_markers_are_softened() {
+    let f = solved();
+    f.write("noisy.csv", f.take(90));
+    let mut noisy = take::read(&f.path("noisy.csv"), None, Missing::Error).unwrap();
+    for (i, x) in noisy.positions.as_flattened_mut().iter_mut().enumerate() {
+        *x += 0.05 * (i as f64 * i as f64 * 0.7).sin();
+    }
+    take::write(&f.path("noisy.csv"), &noisy).unwrap();
+    let listening = listen(&f, "--frames 90 -o live.usd --record came.csv --soft-markers");
+    f.done(&format!("send noisy.csv --to {}", listening.address));
+    let output = listening.end();
+    assert!(output.status.success(), "{}", stderr(&output));
+    f.done("verify live.usd --rig face.safetensors --take came.csv --device cpu:0");
+}
+
+/// A recording that no face can be is kept if it is forced, whatever the format.
+#[test]
+fn a_torn_recording_in_world_space_is_forced() {
+    let f = solved();
+    f.write("still.csv", f.take(120));
+    let mut torn = take::read(&f.path("still.csv"), None, Missing::Error).unwrap();
+    torn.times = (0..120).map(|frame| f64::from(frame) / 120.0).collect();
+    for frame in torn.positions.chunks_mut(5).skip(30) {
+        frame[4][0] += 900.0;
+    }
+    take::write(&f.path("torn.csv"), &torn).unwrap();
+    f.write("setup.toml", "unit = \"cm\"\nskip = [\"slides\", \"outliers\"]\nneutral = \"0..10\"\n");
+    for (force, is_made) in [("", false), ("--force", true)] {
+        let options = format!("--frames 120 -o live.usd --record raw.csv --world --setup setup.toml {force}");
+        let listening = listen(&f, &options);
+        f.done(&format!("send torn.csv --to {}", listening.address));
+        let output = listening.end();
+        let said = stderr(&output);
+        assert_eq!(output.status.success(), is_made, "{said}");
+        assert!(said.contains("cannot be a face's: middle is "), "{said}");
+    }
 }
 
 /// Positions of another program, which has its own address and no numbers.

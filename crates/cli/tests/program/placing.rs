@@ -132,6 +132,15 @@ fn a_bad_fit_is_refused_by_new_and_told_by_handles_in_the_same_words() {
     std::fs::copy(demo().join("neutral.obj"), lone.join("neutral.obj")).unwrap();
     let output = rhytid(&format!("new {} --frame 3", lone.join("neutral.obj").display())).output().unwrap();
     assert!(output.status.code() == Some(2) && stderr(&output).contains("there is no take beside it"));
+    // The command that helps has the other options.
+    let said = stderr(&rhytid(&format!("{new} --unit cm --rate 30")).output().unwrap());
+    assert!(said.contains(&format!(" --unit cm --rate 30 {at}")), "{said}");
+    // A take that does not fit is named where another one fits.
+    std::fs::copy(raw.path("raw.trc"), lone.join("bad.trc")).unwrap();
+    std::fs::copy(demo().join("performance.csv"), lone.join("good.csv")).unwrap();
+    let output = rhytid(&format!("new {}", lone.join("neutral.obj").display())).output().unwrap();
+    let said = stderr(&output);
+    assert!(output.status.success() && said.contains("bad.trc: is passed over: the markers fit"), "{said}");
 }
 
 #[test]

@@ -65,16 +65,22 @@ fn bundles_of_one_number_are_one_frame() {
     let newest = stream.newest().unwrap();
     assert_eq!((newest.positions[0][0], newest.positions[3][0]), (x(0, 6), x(3, 8)));
     assert!(newest.confidence[0] < 1.0 && newest.confidence[3] == 1.0);
-    assert_eq!(stream.counts(), Counts { frames: 8, late: 1, lost: 1, bad: 0 });
+    assert_eq!(stream.counts(), Counts { frames: 8, late: 1, lost: 1, bad: 0, other: 0 });
+
+    // The rest comes after the pause, but before anybody looked: the frame is whole.
+    assert_eq!(accept(&mut stream, &part(9, 0..2), 1, at(20)), NONE);
+    assert_eq!(accept(&mut stream, &part(9, 2..4), 1, at(60)), [9]);
+    is_whole(&stream, 9);
+    assert_eq!(stream.counts(), Counts { frames: 9, late: 1, lost: 1, bad: 0, other: 0 });
 
     // The same part twice is one. A part that contradicts is bad.
-    assert_eq!(accept(&mut stream, &part(9, 0..2), 1, at(30)), NONE);
-    assert_eq!(accept(&mut stream, &part(9, 0..2), 1, at(30)), NONE);
-    let other = bundle(&[head(9, 0.09), handle("m0", [77.0; 3]), marker(2, 9)]);
-    assert_eq!(accept(&mut stream, &other, 1, at(30)), NONE);
-    assert_eq!(accept(&mut stream, &part(9, 2..4), 1, at(30)), [9]);
-    is_whole(&stream, 9);
-    assert_eq!(stream.counts(), Counts { frames: 9, late: 1, lost: 1, bad: 1 });
+    assert_eq!(accept(&mut stream, &part(10, 0..2), 1, at(61)), NONE);
+    assert_eq!(accept(&mut stream, &part(10, 0..2), 1, at(61)), NONE);
+    let other = bundle(&[head(10, 0.1), handle("m0", [77.0; 3]), marker(2, 10)]);
+    assert_eq!(accept(&mut stream, &other, 1, at(61)), NONE);
+    assert_eq!(accept(&mut stream, &part(10, 2..4), 1, at(61)), [10]);
+    is_whole(&stream, 10);
+    assert_eq!(stream.counts(), Counts { frames: 10, late: 1, lost: 1, bad: 1, other: 0 });
     assert!(stream.why_bad().unwrap().contains("another position of a marker of the same frame"));
 }
 
@@ -145,7 +151,7 @@ fn numbers_that_stand_still_are_named_and_frames_counted_as_they_come() {
         assert_eq!((newest.number, newest.time), (19, at(19)));
         assert_eq!(stream.counts(), Counts { frames: 20, ..Counts::default() });
         let [said] = stream.warnings() else { panic!("{:?}", stream.warnings()) };
-        assert!(said.contains("the number of the frames stays 0 while their times rise"), "{said}");
+        assert!(said.contains("the number of the frames stays 0 from one frame to the next"), "{said}");
     }
 }
 
@@ -193,7 +199,7 @@ fn positions_of_other_programs_are_frames_where_a_marker_comes_again() {
                 }
             }
             assert_eq!(given, (0..50).collect::<Vec<i64>>(), "{pattern}, {size} in a bundle");
-            assert_eq!(stream.counts(), Counts { frames: 50, bad: 50, ..Counts::default() });
+            assert_eq!(stream.counts(), Counts { frames: 50, other: 50, ..Counts::default() });
             assert!(stream.warnings().is_empty(), "{:?}", stream.warnings());
         }
     }
@@ -234,4 +240,97 @@ fn labels_are_those_of_files() {
     }
     let newest = stream.newest().unwrap();
     assert_eq!((newest.positions, newest.confidence), (&[[1.0, 0.0, 2.0], [2.0; 3]][..], &[1.0, 1.0][..]));
+}
+
+/// A sender whose number and time are always 0 is understood after a few frames.
+#[test]
+fn numbers_and_times_that_both_stand_still_are_named() {
+    for is_bundled in [true, false] {
+        let mut stream = stream(2);
+        for frame in 0..60 {
+            let messages = [head(0, 0.0), marker(0, frame), marker(1, frame)];
+            let datagrams = if is_bundled { vec![bundle(&messages)] } else { messages.to_vec() };
+            for datagram in datagrams {
+                accept(&mut stream, &datagram, 1, at(frame));
+            }
+        }
+        stream.close(at(60) + 0.1);
+        is_whole(&stream, 59);
+        let counts = stream.counts();
+        assert!(counts.frames > 40, "{counts:?}");
+        let newest = stream.newest().unwrap();
+        assert!((newest.time - at(59)).abs() < 0.02, "{newest:?}");
+        let said = stream.warnings().join("; ");
+        assert!(said.contains("the number of the frames stays 0 from one frame to the next"), "{said}");
+        assert!(said.contains("the time of the frames stays 0 from one frame to the next"), "{said}");
+    }
+}
+
+/// Markers of no handle neither begin a frame nor hold one back, and are named where there are no others.
+#[test]
+fn markers_of_no_handle_are_named_and_hold_no_frame_back() {
+    let pattern = || "/marker/{label}".parse().unwrap();
+    let message = |label: &str, frame: i32| {
+        let x = (frame as f32).to_be_bytes();
+        message(&format!("/marker/{label}"), ",fff", &[&x, &x, &x])
+    };
+    let mut others = stream(2).with_pattern(pattern());
+    let mut mixed = stream(2).with_pattern(pattern());
+    for frame in 0..50 {
+        for label in ["hip", "foot"] {
+            accept(&mut others, &message(label, frame), 1, at(frame));
+        }
+        for label in ["hip", "m0", "m1", "foot"] {
+            accept(&mut mixed, &message(label, frame), 1, at(frame));
+        }
+    }
+    assert_eq!((others.newest(), others.due()), (None, None));
+    assert_eq!(others.counts(), Counts { other: 100, ..Counts::default() });
+    let said = others.other_labels().unwrap();
+    assert!(said.contains("the labels \"hip\", \"foot\", and none is a handle's"), "{said}");
+    assert!(said.ends_with("expected labels such as \"m0\", \"m1\""), "{said}");
+    mixed.close(at(50));
+    assert_eq!(mixed.counts(), Counts { frames: 50, other: 100, ..Counts::default() });
+    assert_eq!((mixed.newest().unwrap().positions[1], mixed.other_labels()), ([49.0; 3], None));
+}
+
+/// A message for a marker that no camera sees is no fault.
+#[test]
+fn a_message_with_nan_is_a_marker_that_is_not_seen() {
+    let mut stream = stream(2).with_pattern("/marker/{label}".parse().unwrap());
+    for frame in 0..12 {
+        for (label, x) in [("m0", frame as f32), ("m1", f32::NAN)] {
+            let x = x.to_be_bytes();
+            accept(&mut stream, &message(&format!("/marker/{label}"), ",fff", &[&x, &x, &x]), 1, at(frame));
+        }
+    }
+    stream.close(at(12) + 0.1);
+    assert_eq!(stream.counts(), Counts { frames: 12, other: 12, ..Counts::default() });
+    let newest = stream.newest().unwrap();
+    assert_eq!((newest.positions, newest.confidence), (&[[11.0; 3], [9.0; 3]][..], &[1.0, 0.0][..]));
+}
+
+/// Who begins to listen in the middle of a frame has the sender's times from the first whole frame on.
+#[test]
+fn the_rest_of_a_frame_before_the_first_number_is_left_out() {
+    let mut stream = stream(2).with_pattern("/marker/{label}".parse().unwrap());
+    let marker = |j: usize, frame: i32| {
+        let x = x(j, frame).to_be_bytes();
+        message(&format!("/marker/m{j}"), ",fff", &[&x, &x, &x])
+    };
+    accept(&mut stream, &marker(1, 6), 1, 0.0);
+    for frame in 7..10 {
+        let arrived = at(frame - 6);
+        accept(
+            &mut stream,
+            &bundle(&[head(frame, 50.0 + at(frame)), marker(0, frame), marker(1, frame)]),
+            1,
+            arrived,
+        );
+    }
+    stream.close(1.0);
+    is_whole(&stream, 9);
+    let newest = stream.newest().unwrap();
+    assert_eq!((newest.number, newest.time), (9, 50.0 + at(9)));
+    assert_eq!(stream.counts(), Counts { frames: 3, ..Counts::default() });
 }

@@ -48,7 +48,7 @@ fn frames_that_come_late_or_twice_are_dropped_and_gaps_counted() {
     assert_eq!(taken, [0, 1, 4, 5, 6]);
     // The number decides, and not the time.
     assert!(!give(&mut stream, &frame(5, 0.07, 2), 0.09));
-    assert_eq!(stream.counts(), Counts { frames: 5, late: 4, lost: 2, bad: 0 });
+    assert_eq!(stream.counts(), Counts { frames: 5, late: 4, lost: 2, bad: 0, other: 0 });
     let newest = stream.newest().unwrap();
     assert_eq!((newest.number, newest.time, newest.positions[0][0]), (6, 0.06, 6.1));
 }
@@ -93,7 +93,7 @@ fn junk_and_other_senders_change_nothing() {
     assert!(!give(&mut stream, &frame(2, 0.05, 2), 0.15));
     assert_eq!(format!("{:?}", stream.newest()), before);
     assert!(give(&mut stream, &frame(2, 0.2, 2), 0.2));
-    assert_eq!(stream.counts(), Counts { frames: 3, late: 0, lost: 0, bad: 6 });
+    assert_eq!(stream.counts(), Counts { frames: 3, late: 0, lost: 0, bad: 6, other: 0 });
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn after_a_silence_a_sender_may_begin_anew_and_times_go_on() {
     assert_eq!(accept(&mut stream, &frame(2, 0.5, 1).encode().unwrap(), 2, again + 0.5), [0, 2]);
     let newest = stream.newest().unwrap();
     assert_eq!((newest.number, newest.time), (2, 50.0 + SILENCE + 0.5));
-    assert_eq!(stream.counts(), Counts { frames: 3, late: 1, lost: 1, bad: 0 });
+    assert_eq!(stream.counts(), Counts { frames: 3, late: 1, lost: 1, bad: 0, other: 0 });
     // A slow sender is not a new one.
     assert_eq!(accept(&mut stream, &frame(4, 5.0, 1).encode().unwrap(), 2, again + 5.0), [4]);
     assert_eq!(stream.counts().lost, 2);

@@ -184,17 +184,11 @@ const UNITS: &str = "\"m\", \"cm\", \"mm\", \"in\" or a number above 0, the metr
 fn units(section: &Section<'_>, key: &str) -> Result<Option<Units>> {
     let Some(value) = section.get(key) else { return Ok(None) };
     Ok(Some(match value {
-        DeValue::String(unit) => match unit.as_ref() {
-            "m" => Units::Metres,
-            "cm" => Units::Centimetres,
-            "mm" => Units::Millimetres,
-            "in" => Units::Inches,
-            _ => {
-                return Err(section
-                    .wrong(key, &quoted(unit), UNITS)
-                    .of_kind(InputErrorKind::UnknownUnit { found: unit.to_string() }));
-            }
-        },
+        DeValue::String(unit) => Units::named(unit).ok_or_else(|| {
+            section
+                .wrong(key, &quoted(unit), UNITS)
+                .of_kind(InputErrorKind::UnknownUnit { found: unit.to_string() })
+        })?,
         _ => {
             let metres = section.positive(key, UNITS)?;
             if !SIZES.contains(&metres) {

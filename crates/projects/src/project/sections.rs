@@ -5,6 +5,7 @@ use rhytid_core::{Bind, ContactSettings, LearnedSettings, UpAxis, WrinkleStrains
 use rhytid_geometry::Axes;
 use rhytid_meshes::{Format, NormalMapConvention};
 use serde::{Serialize, Serializer};
+use std::fmt;
 use std::path::PathBuf;
 
 /// The content of a project file. Paths are relative to the file.
@@ -304,6 +305,23 @@ pub enum Units {
 }
 
 impl Units {
+    /// The unit of a name that project files have.
+    pub fn named(name: &str) -> Option<Self> {
+        let all = [Units::Metres, Units::Centimetres, Units::Millimetres, Units::Inches];
+        all.into_iter().find(|unit| unit.name() == Some(name))
+    }
+
+    /// Its name; `None` for a number.
+    fn name(self) -> Option<&'static str> {
+        match self {
+            Units::Metres => Some("m"),
+            Units::Centimetres => Some("cm"),
+            Units::Millimetres => Some("mm"),
+            Units::Inches => Some("in"),
+            Units::MetresPerUnit(_) => None,
+        }
+    }
+
     /// Metres in one unit.
     pub fn metres_per_unit(self) -> f64 {
         match self {
@@ -312,6 +330,16 @@ impl Units {
             Units::Millimetres => 0.001,
             Units::Inches => 0.0254,
             Units::MetresPerUnit(metres) => metres,
+        }
+    }
+}
+
+/// The name, or the number of metres.
+impl fmt::Display for Units {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.name() {
+            Some(name) => f.write_str(name),
+            None => self.metres_per_unit().fmt(f),
         }
     }
 }
@@ -326,12 +354,9 @@ fn as_text<S: Serializer>(value: &Option<Axes>, serializer: S) -> Result<S::Ok, 
 
 impl Serialize for Units {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Units::Metres => serializer.serialize_str("m"),
-            Units::Centimetres => serializer.serialize_str("cm"),
-            Units::Millimetres => serializer.serialize_str("mm"),
-            Units::Inches => serializer.serialize_str("in"),
-            Units::MetresPerUnit(metres) => serializer.serialize_f64(*metres),
+        match self.name() {
+            Some(name) => serializer.serialize_str(name),
+            None => serializer.serialize_f64(self.metres_per_unit()),
         }
     }
 }

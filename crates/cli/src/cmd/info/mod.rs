@@ -1,6 +1,7 @@
 //! `rhytid info`: one file per kind of file.
 
 mod animation;
+mod curves;
 mod project;
 mod raw_take;
 mod report;
@@ -12,12 +13,14 @@ mod take;
 use crate::args::Setup;
 use crate::{args, output};
 use animation::AnimationInfo;
+use curves::CurvesInfo;
 use project::ProjectInfo;
 use raw_take::RawTakeInfo;
 use report::ReportInfo;
 use rhytid::core::VertexId;
 use rhytid::core::human;
 use rhytid::core::{Handles, SurfacePoint, input_file, rig_file};
+use rhytid::formats::raw_take::{Contents, contents};
 use rhytid::formats::{Reach, mesh, tables};
 use rhytid::{Error, Result};
 use rig::RigInfo;
@@ -45,6 +48,7 @@ enum Content {
     Rig(RigInfo),
     Take(TakeInfo),
     RawTake(RawTakeInfo),
+    Curves(CurvesInfo),
     Handles(HandlesInfo),
     Project(ProjectInfo),
     Shapes(Box<ShapesInfo>),
@@ -94,6 +98,7 @@ pub(super) fn run(args: &args::Info) -> Result<()> {
         Content::Rig(rig) => (format!("rig of “{}”", rig.name), rig.rows()),
         Content::Take(take) => ("take".to_owned(), take.rows()),
         Content::RawTake(take) => ("raw take".to_owned(), take.rows()),
+        Content::Curves(curves) => ("curves".to_owned(), curves.rows()),
         Content::Handles(handles) => {
             let inside = (handles.inside_triangles > 0)
                 .then(|| row("inside triangles", handles.inside_triangles.to_string()));
@@ -145,8 +150,12 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
                 inside_triangles: points.iter().filter(|point| point.vertex().is_none()).count(),
             })
         }
-        "csv" if rhytid::formats::raw_take::is_take_csv(path) => Content::Take(TakeInfo::read(path)?),
-        "csv" | "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),
+        "csv" => match contents(path) {
+            Contents::Take => Content::Take(TakeInfo::read(path)?),
+            Contents::Raw => Content::RawTake(RawTakeInfo::read(path)?),
+            Contents::Curves => Content::Curves(CurvesInfo::read(path)?),
+        },
+        "c3d" | "trc" | "tsv" => Content::RawTake(RawTakeInfo::read(path)?),
         "toml" if is_setup(path) => {
             let setup = Setup::read(path, reach)?;
             setup.clean_up()?;

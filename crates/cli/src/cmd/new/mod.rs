@@ -6,6 +6,7 @@ mod text;
 mod unit;
 
 use super::placing::{Avatar, FromTake, Placed};
+use crate::args::again;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use find::{Alike, Found, LeftOut};
@@ -219,14 +220,13 @@ fn refused(args: &args::New, placed: &Placed, take: &FromTake, folder: &Path, ui
     take.warn(ui);
     let mut command =
         format!("rhytid new {} --take {}", output::word(&args.neutral), output::word(&take.path));
-    for (option, folder) in [("-o", &args.output), ("--examples", &args.examples)] {
-        if let Some(folder) = folder {
-            command += &format!(" {option} {}", output::word(folder));
-        }
-    }
-    if let Some(part) = &args.part {
-        command += &format!(" --part {}", output::word(Path::new(part)));
-    }
+    let shapes = (!args.shapes.is_empty()).then(|| args.shapes.join(","));
+    command += &again("-o", args.output.as_ref());
+    command += &again("--examples", args.examples.as_ref());
+    command += &again("--shapes", shapes);
+    command += &again("--part", args.part.as_ref());
+    command += &again("--unit", args.unit.map(|unit| unit.to_string()));
+    command += &args.placement.again();
     Error::no_fit(take.fault(&command, is_drawn.then_some(&*picture)).unwrap_or_default())
 }
 

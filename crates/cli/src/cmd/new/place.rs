@@ -22,7 +22,7 @@ pub(super) fn find_handles(face: Face, avatar: &Avatar, args: &args::New, ui: &U
     if let Some(take) = &args.take {
         return at_markers(face, avatar, take, None, options);
     }
-    let mut unfit = None;
+    let mut unfit: Vec<Placed> = Vec::new();
     for take in takes_beside(&args.neutral) {
         match at_markers(face.clone(), avatar, &take, None, options) {
             Err(error @ Error::Input(_)) => ui.line(&format!(
@@ -30,12 +30,21 @@ pub(super) fn find_handles(face: Face, avatar: &Avatar, args: &args::New, ui: &U
                 take.display()
             )),
             Ok(placed) if placed.take.as_ref().is_some_and(|take| !take.found.faults.is_empty()) => {
-                unfit.get_or_insert(placed);
+                unfit.push(placed);
             }
-            found => return found,
+            found => {
+                for take in unfit.iter().filter_map(|placed| placed.take.as_ref()) {
+                    ui.line(&format!(
+                        "warning: {}: is passed over: {}; name a take with --take",
+                        take.path.display(),
+                        take.found.faults.join("; ")
+                    ));
+                }
+                return found;
+            }
         }
     }
-    if let Some(placed) = unfit {
+    if let Some(placed) = unfit.into_iter().next() {
         return Ok(placed);
     }
     let is_of_take = options.frame.0.is_some() || options.rigid.is_some() || options.subject.is_some();

@@ -65,11 +65,8 @@ impl Content<'_> {
 /// A unit as a project names it.
 pub(super) fn unit_text(units: Units) -> String {
     match units {
-        Units::Metres => "\"m\"".to_owned(),
-        Units::Centimetres => "\"cm\"".to_owned(),
-        Units::Millimetres => "\"mm\"".to_owned(),
-        Units::Inches => "\"in\"".to_owned(),
         Units::MetresPerUnit(metres) => metres.to_string(),
+        named => format!("\"{named}\""),
     }
 }
 

@@ -1,0 +1,94 @@
+//! The flags of commands that write further files of a rig, and that check what was written.
+
+use super::placing::TakeSpace;
+use super::values::{Elsewhere, Json};
+use std::path::PathBuf;
+
+/// `rhytid stitch`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Stitch {
+    /// The parts, in any order: USD files of one rig and take that follow one another without a gap.
+    #[arg(required = true)]
+    pub parts: Vec<PathBuf>,
+
+    /// The file to write: .usd, .usdc or .usda.
+    #[arg(short, long, value_name = "OUT.usd")]
+    pub output: PathBuf,
+
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// `rhytid export-shapes`
+#[derive(Debug, clap::Args)]
+pub(crate) struct ExportShapes {
+    /// The rig file that `solve` wrote.
+    pub rig: PathBuf,
+
+    /// The file to write; its ending is the format: .usd, .usdc, .usda, .usdz, .glb or .gltf.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// Also write three shapes for each handle, which move it by one mesh unit along x, y and z. Together
+    /// they give every large-scale motion exactly.
+    #[arg(long)]
+    pub handles: bool,
+
+    /// Leave the normals out.
+    #[arg(long)]
+    pub no_normals: bool,
+
+    /// glTF: also more than 256 shapes or 1 GiB.
+    #[arg(long)]
+    pub force: bool,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
+    /// software drivers last.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+
+    #[command(flatten)]
+    pub json: Json,
+}
+
+/// `rhytid verify`
+#[derive(Debug, clap::Args)]
+pub(crate) struct Verify {
+    /// The file that `animate` or `stitch` wrote.
+    #[arg(value_name = "OUT")]
+    pub file: PathBuf,
+
+    /// The rig that it was made with.
+    #[arg(long)]
+    pub rig: PathBuf,
+
+    /// The take that it was made from.
+    #[arg(long)]
+    pub take: PathBuf,
+
+    /// The edits that `animate` was given.
+    #[arg(long, value_name = "EDIT.toml")]
+    pub edit: Option<PathBuf>,
+
+    /// For a raw take: the setup that `animate` was given.
+    #[arg(long, value_name = "TAKE.toml")]
+    pub setup: Option<PathBuf>,
+
+    /// For curves: the shapes that `animate` was given.
+    #[arg(long, value_name = "SHAPES")]
+    pub shapes: Option<PathBuf>,
+
+    #[command(flatten)]
+    pub elsewhere: Elsewhere,
+
+    /// The device to evaluate on, as `rhytid devices` names it; auto takes the fastest that conforms,
+    /// software drivers last.
+    #[arg(long, default_value = "auto")]
+    pub device: String,
+
+    #[command(flatten)]
+    pub json: Json,
+
+    #[command(flatten)]
+    pub space: TakeSpace,
+}
