@@ -16,6 +16,7 @@ use rhytid_geometry::registration::{OntoSurface, Similarity};
 use rhytid_solve::head::Region;
 use rhytid_solve::{Placed, Skin};
 use std::collections::BTreeSet;
+use std::ops::Range;
 
 /// A marker on a head band keeps its distance from others and is at least this far off the skin, in metres.
 const OFF_SKIN: f64 = 0.005;
@@ -35,6 +36,9 @@ const HEAD: f64 = 0.35;
 /// Frames in which the motion of markers is compared with the examples.
 const COMPARED: usize = 240;
 
+/// Actors hold the neutral face so long at the start and at the end of a take, in seconds.
+const HELD: f64 = 0.5;
+
 /// With fewer markers nothing can be laid.
 const FEWEST: usize = 4;
 
@@ -51,7 +55,8 @@ pub(crate) const POOR: f64 = 0.75;
 /// What is known about the take. Everything else is found.
 #[derive(Debug, Clone, Default)]
 pub struct HandleSettings {
-    /// The frame to use, counted from 0; else the most typical one.
+    /// The frame to use, counted from 0. Else the markers are laid in the most typical frame, in one at the
+    /// start and in one at the end of the take, and the frame that fits best counts.
     pub frame: Option<usize>,
     /// Metres in one unit of the file; else the file's statement, or what fits the mesh's size.
     pub metres_per_unit: Option<f64>,
@@ -92,6 +97,16 @@ pub struct PlacedHandles {
     pub warnings: Vec<String>,
 }
 
+impl PlacedHandles {
+    /// Whether nothing is wrong, no marker is without a handle that has one in `other`, and the markers fit
+    /// the mesh better.
+    fn is_better(&self, other: &Self) -> bool {
+        self.faults.is_empty()
+            && self.handles.labels.len() >= other.handles.labels.len()
+            && self.cost <= other.cost
+    }
+}
+
 /// Places a handle for each marker on skin, from one frame of `raw`. The handles of `face` are ignored.
 ///
 /// # Errors
@@ -102,7 +117,32 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
         Some(head) => Skin::from_region(face, head)?,
         None => Skin::from_face(face)?,
     };
-    let mut placing = Placing::new(face, raw, settings, &skin)?;
+    let mut placed = place(face, raw, settings, &skin)?;
+    if settings.frame.is_some() || !placed.faults.is_empty() {
+        return Ok(placed);
+    }
+    // Actors begin and end a take with the neutral face. If such a frame fits better, it is the neutral one.
+    let length = ((HELD * raw.tracks.rate()).round() as usize).clamp(1, raw.tracks.frames());
+    for held in [0..length, raw.tracks.frames() - length..raw.tracks.frames()] {
+        let frame = Some(fullest_frame(&raw.tracks, &placed.handles.labels, held));
+        let there = place(face, raw, &HandleSettings { frame, ..settings.clone() }, &skin);
+        placed = there.ok().filter(|there| there.is_better(&placed)).unwrap_or(placed);
+    }
+    Ok(placed)
+}
+
+/// Of some frames, the one that shows most of the markers; of several, the one nearest to the middle.
+fn fullest_frame(take: &Take, labels: &[String], frames: Range<usize>) -> usize {
+    let count = take.labels.len();
+    let columns: Vec<usize> = (0..count).filter(|&m| labels.contains(&take.labels[m])).collect();
+    let shows = |f: usize| columns.iter().filter(|&&m| !take.positions[f * count + m][0].is_nan()).count();
+    let (start, middle) = (frames.start, usize::midpoint(frames.start, frames.end));
+    frames.max_by_key(|&f| (shows(f), std::cmp::Reverse(f.abs_diff(middle)))).unwrap_or(start)
+}
+
+/// Places a handle for each marker in one frame.
+fn place(face: &Face, raw: &RawTake, settings: &HandleSettings, skin: &Skin) -> Result<PlacedHandles> {
+    let mut placing = Placing::new(face, raw, settings, skin)?;
     let unlabelled = placing.without_unlabelled();
     let actor = placing.columns.clone();
     let mut faults = placing.keep_the_face()?;
