@@ -5,12 +5,13 @@ use crate::labels::is_unlabelled;
 use crate::orientation::{Choice, Known, choose};
 use crate::posture::Posture;
 use crate::settings::Settings;
-use crate::subjects::{is_called, parted};
+use crate::subjects::{is_called, parted, unknown};
 use crate::tracks::{Tracks, extent, mean, seen, typical_extent};
 use crate::typical::{moves_with, rigid_set, typical_frame};
 use crate::verdict;
 use crate::{by_motion, head, head_markers};
 use glam::DVec3;
+use rhytid_core::text::listed;
 use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
 use rhytid_geometry::registration::{OntoSurface, Similarity};
 use rhytid_solve::head::Region;
@@ -255,12 +256,24 @@ impl<'a> Placing<'a> {
             known: vec![None; take.labels.len()],
             frame: settings.frame.unwrap_or(0),
         };
+        if take.frames() == 0 {
+            return Err(Error::empty("the take has no frames"));
+        }
         if placing.frame >= take.frames() {
             return Err(Error::out_of_range(format!(
                 "the frame {} is not in the take, expected 0 to {}",
                 placing.frame,
-                take.frames().saturating_sub(1)
+                take.frames() - 1
             )));
+        }
+        if let Some(subject) = &settings.subject {
+            let labels = parted(&[], &take.labels);
+            placing
+                .columns
+                .retain(|&m| labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject)));
+            if placing.columns.is_empty() {
+                return Err(unknown(subject, &labels));
+            }
         }
         for (label, point) in &settings.known {
             if let Some(vertex) = point.triangle().iter().find(|v| v.index() >= face.neutral.positions.len())
@@ -273,26 +286,14 @@ impl<'a> Placing<'a> {
             let column = placing.column(label)?;
             placing.known[column] = Some(*point);
         }
-        if let Some(subject) = &settings.subject {
-            let labels = parted(&[], &take.labels);
-            placing
-                .columns
-                .retain(|&m| labels[m].subject.as_deref().is_some_and(|known| is_called(known, subject)));
-            if placing.columns.is_empty() {
-                return Err(Error::input(format!(
-                    "no marker of the take belongs to the actor “{subject}”: expected labels that begin with \
-                     “{subject}:”; it has {}",
-                    take.labels.join(", ")
-                )));
-            }
-        }
         Ok(placing)
     }
 
     fn column(&self, label: &String) -> Result<usize> {
         let labels = &self.take.labels;
         labels.iter().position(|known| known == label).ok_or_else(|| {
-            Error::input(format!("no marker of the take is called “{label}”; it has {}", labels.join(", ")))
+            let known = listed(labels.iter().map(String::as_str));
+            Error::input(format!("no marker of the take is called “{label}”; it has {known}"))
                 .of_kind(InputErrorKind::UnknownMarkers { labels: vec![label.clone()] })
         })
     }
@@ -338,7 +339,7 @@ impl<'a> Placing<'a> {
         let clusters = face_clusters(self.take, &self.columns, self.metres);
         let is_alone = clusters.len() < 2;
         for cluster in clusters {
-            let label = self.take.labels[cluster[0]].clone();
+            let first = cluster[0];
             let mut of_cluster = Self { known: self.known.clone(), columns: cluster, ..*self };
             // Who names the vertex of a marker, knows that it is on the face.
             let named = self.columns.iter().filter(|m| self.known[**m].is_some());
@@ -352,7 +353,7 @@ impl<'a> Placing<'a> {
                 of_cluster.columns.iter().copied().filter(|&m| seen(of_cluster.at(m))).collect();
             let cost =
                 if is_alone { 0.0 } else { of_cluster.lay_all(&shown).map_or(1.0, |laid| laid[0].cost) };
-            costs.push((cost, label));
+            costs.push((cost, first));
             if best.as_ref().is_none_or(|(least, _)| cost < *least) {
                 best = Some((cost, of_cluster));
             }
@@ -360,14 +361,14 @@ impl<'a> Placing<'a> {
         let Some((least, of_face)) = best else { return Ok(Vec::new()) };
         *self = of_face;
         // A hand fits too, if its markers are few. Another actor's face has another prefix.
-        let prefix = |label: &str| label.split_once(':').map(|(actor, _)| actor.to_owned());
-        let own = prefix(&self.take.labels[self.columns[0]]);
-        costs.retain(|(cost, label)| *cost <= FACES.0 * least || *cost < FACES.1 && prefix(label) != own);
+        let subjects = parted(&[], &self.take.labels);
+        let own = &subjects[self.columns[0]].subject;
+        costs.retain(|(cost, m)| *cost <= FACES.0 * least || *cost < FACES.1 && subjects[*m].subject != *own);
         if costs.len() < 2 {
             return Ok(Vec::new());
         }
-        let of: Vec<String> =
-            costs.into_iter().map(|(_, label)| format!("one with the marker “{label}”")).collect();
+        let marker = |m: usize| format!("one with the marker “{}”", self.take.labels[m]);
+        let of: Vec<String> = costs.into_iter().map(|(_, m)| marker(m)).collect();
         Ok(vec![format!("the take shows more than one face, {}; say which actor is meant", of.join(" and "))])
     }
 

@@ -290,5 +290,8 @@ mod tests {
     fn a_take_without_a_neutral_face_is_doubted() {
         assert!(found(true, |f| 0.5 + 0.2 * (f as f64 * 0.2).sin()).is_doubtful);
         assert!(found(true, |_| 0.5).is_doubtful && !found(true, |_| 0.0).is_doubtful);
+        // A face that trembles about the neutral one is not still.
+        assert!(found(false, |f| 0.03 * (f as f64 * 0.5).sin()).is_doubtful);
+        assert!(!found(false, |_| 0.0).is_doubtful);
     }
 }

@@ -157,6 +157,7 @@ mod tests {
         let (mut tracks, target) = face();
         tracks.columns[7][60..64].iter_mut().for_each(|p| *p += DVec3::Z * 6.0);
         assert_eq!(said(&tracks, &target, true), None);
+        let (mut tracks, target) = face();
         tracks.columns[7][60..90].iter_mut().for_each(|p| *p += DVec3::Z * 6.0);
         assert!(said(&tracks, &target, true).unwrap().contains("face's: m7 is"), "half a face away for long");
     }

@@ -361,6 +361,8 @@ mod tests {
         assert_eq!(of(&[DVec3::X, DVec3::ZERO, DVec3::Z * 9.0]), [Some(1), Some(0), None]);
         // In the middle between two places, nobody can tell.
         assert_eq!(of(&[DVec3::X * 0.5, DVec3::X * 0.5 + DVec3::Z * 0.01]), [None, None]);
+        // Nor where one choice is hardly better.
+        assert_eq!(of(&[DVec3::X * 0.45, DVec3::X * 0.55]), [None, None]);
     }
 
     #[test]

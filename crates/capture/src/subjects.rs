@@ -48,8 +48,7 @@ pub(crate) fn parted(handles: &[String], file: &[String]) -> Vec<Label> {
     }
     for (parts, label) in labels.iter_mut().zip(file) {
         let is_free = parts.subject.is_none() && !names.contains(&parts.name);
-        let prefixed = split(label, |_| true).filter(|_| is_free);
-        if prefixed.is_some() {
+        if is_free {
             let at = label.char_indices().take(LONGEST_PREFIX).filter(|(_, c)| SOMETIMES.contains(c));
             let known = at.map(|(at, _)| at).find(|&at| counts.contains_key(&label[..at]));
             if let Some(at) = known {
@@ -130,7 +129,7 @@ pub(crate) fn choose(
     let best = if let Some(wanted) = wanted {
         let is_wanted = |group: &Group| group.subject.is_some_and(|subject| is_called(subject, wanted));
         let place = groups.iter().position(is_wanted);
-        place.ok_or_else(|| unknown(wanted, &groups))?
+        place.ok_or_else(|| unknown(wanted, labels))?
     } else if of_map.len() == 1
         && let Some(place) = groups.iter().position(|group| group.subject.is_some_and(|s| of_map.contains(s)))
     {
@@ -218,11 +217,21 @@ fn listed_subjects<'a>(subjects: impl Iterator<Item = (Option<&'a str>, usize)>)
     if more == 0 { shown } else { format!("{shown} and {more} more") }
 }
 
-fn unknown(wanted: &str, groups: &[Group]) -> Error {
-    let known: Vec<&str> = groups.iter().filter_map(|group| group.subject).collect();
+/// An error about a subject that none of the `labels` has. It names those that there are.
+pub(crate) fn unknown(wanted: &str, labels: &[Label]) -> Error {
+    let mut known: Vec<&str> = Vec::new();
+    for subject in labels.iter().filter_map(|label| label.subject.as_deref()) {
+        if !known.contains(&subject) {
+            known.push(subject);
+        }
+    }
     let known = if known.is_empty() { "no subject".to_owned() } else { listed(known.into_iter()) };
-    Error::input(format!("no subject of the take is called {}; it has {known}", quoted(wanted)))
-        .of_kind(InputErrorKind::UnknownName { name: wanted.to_owned() })
+    Error::input(format!(
+        "no subject of the take is called {}; it has {known}; a subject is what stands before the colon of \
+         labels such as “Anna:chin”",
+        quoted(wanted)
+    ))
+    .of_kind(InputErrorKind::UnknownName { name: wanted.to_owned() })
 }
 
 /// An error about subjects between which nothing decides, each with the number of its markers.

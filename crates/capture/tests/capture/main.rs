@@ -5,6 +5,7 @@ mod handles;
 mod heads;
 mod neutral;
 mod online;
+mod rates;
 mod real_take;
 mod repairs;
 mod shuffles;
