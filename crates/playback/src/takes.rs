@@ -75,6 +75,7 @@ pub fn read_raw_take(
     if clean_up.world && raw.in_head_space {
         raw.in_head_space = false;
         raw.metres_per_unit = raw.metres_per_unit.or(Some(rig.surface().metres_per_unit));
+        raw_take::mark_missing(&mut raw);
     }
     let mut settings = clean_up.settings.clone();
     let (handles, subject) = (&rig.handles().labels, settings.subject.as_deref());

@@ -69,14 +69,14 @@ impl Live {
     /// Listens for the handles of `rig`.
     ///
     /// # Errors
-    /// As [`Receiver::listen`].
+    /// As [`Receiver::listen`] and [`World::new`].
     pub(crate) fn new(listen: &Listen, rig: &Rig, context: &egui::Context) -> Result<Self> {
         let stream = match &listen.world {
             Some(_) => Stream::of_all_markers(),
             None => Stream::new(&rig.handles().labels, &rig.handles().rest),
         };
         let mut receiver = Receiver::listen(listen.address, stream.with_pattern(listen.pattern.clone()))?;
-        let mut world = listen.world.as_ref().map(|settings| World::new(rig, settings));
+        let mut world = listen.world.as_ref().map(|settings| World::new(rig, settings)).transpose()?;
         let (newest, ends) = (Arc::new(Mutex::new(Newest::default())), Arc::new(AtomicBool::new(false)));
         let (to, end, context) = (newest.clone(), ends.clone(), context.clone());
         let address = receiver.address();
@@ -152,6 +152,7 @@ fn notes(stream: &Stream, world: Option<&World>) -> Vec<String> {
     if stream.counts().frames == 0 {
         notes.extend(stream.other_messages());
     }
+    notes.extend(stream.other_labels());
     notes.extend(world.map(|world| world.note.clone()).filter(|note| !note.is_empty()));
     notes.extend(stream.warnings().iter().cloned());
     notes

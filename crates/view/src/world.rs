@@ -2,7 +2,7 @@
 
 use crate::live::Shown;
 use rhytid_capture::{Online, Settings, Target};
-use rhytid_core::{RawTake, Rig, Take, Warning};
+use rhytid_core::{Error, RawTake, Result, Rig, Take, Warning};
 use rhytid_live::LiveFrame;
 
 /// How long the neutral face is held at the start, in seconds.
@@ -23,21 +23,32 @@ pub(crate) struct World {
 }
 
 impl World {
-    pub(crate) fn new(rig: &Rig, settings: &Settings) -> Self {
+    /// A world in which nothing has been seen.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the neutral frames of the settings are too far from the start.
+    pub(crate) fn new(rig: &Rig, settings: &Settings) -> Result<Self> {
+        if let Some(neutral) = settings.neutral.as_ref().filter(|neutral| neutral.end > MOST_FRAMES) {
+            return Err(Error::out_of_range(format!(
+                "the neutral frames are {}..{}, expected an end of {MOST_FRAMES} at most: nothing is shown before \
+                 them; name frames near the start",
+                neutral.start, neutral.end
+            )));
+        }
         let (target, settings) = (Target::from_rig(rig), settings.clone());
         let note = "the neutral face is awaited".to_owned();
-        Self { target, settings, start: Take::default(), rows: Vec::new(), online: None, note }
+        Ok(Self { target, settings, start: Take::default(), rows: Vec::new(), online: None, note })
     }
 
     /// The frame on the rig; `None` until the actor is known.
     pub(crate) fn frame(&mut self, frame: &LiveFrame<'_>, labels: &[String]) -> Option<Shown> {
-        // A marker that is held in the world is not where it is on the head.
-        let markers: Vec<[f64; 3]> = frame
-            .positions
-            .iter()
-            .zip(frame.confidence)
-            .map(|(p, sure)| if *sure < 1.0 { RawTake::MISSING } else { p.map(f64::from) })
-            .collect();
+        let mut markers = Vec::with_capacity(frame.positions.len());
+        for (position, sure) in frame.positions.iter().zip(frame.confidence) {
+            // A marker that is held in the world is not where it is on the head. Many programs send 0, 0, 0 for
+            // what no camera sees, and no face is at the room's origin.
+            let is_seen = *sure == 1.0 && *position != [0.0; 3];
+            markers.push(if is_seen { position.map(f64::from) } else { RawTake::MISSING });
+        }
         let Some(online) = &mut self.online else {
             self.learn(frame.time, markers, labels);
             return None;
@@ -51,8 +62,7 @@ impl World {
         self.start.times.push(time);
         self.rows.push(markers);
         let (frames, first) = (self.rows.len(), self.start.times[0]);
-        let neutral = self.settings.neutral.clone().filter(|neutral| neutral.end <= MOST_FRAMES);
-        let is_enough = match &neutral {
+        let is_enough = match &self.settings.neutral {
             Some(neutral) => frames >= neutral.end,
             None => time - first >= NEUTRAL || frames >= MOST_FRAMES,
         };
@@ -67,8 +77,7 @@ impl World {
         }
         let metres_per_unit = Some(self.target.metres_per_unit);
         let raw = RawTake { tracks, metres_per_unit, ..RawTake::default() };
-        let settings = Settings { neutral, ..self.settings.clone() };
-        match Online::calibrate(raw, &self.target, &settings) {
+        match Online::calibrate(raw, &self.target, &self.settings) {
             Ok((online, warnings)) => {
                 self.online = Some(online);
                 self.note = warnings.iter().map(Warning::sentence).collect::<Vec<_>>().join("; ");

@@ -178,6 +178,28 @@ fn send_halves(sent: &Take, to: SocketAddr) {
     }
 }
 
+/// The sender's clock has its zero anywhere.
+#[test]
+fn a_recording_begins_at_time_0() {
+    let mut receiver = receiver(1);
+    let socket = UdpSocket::bind(any_port()).unwrap();
+    for number in 0..4 {
+        let sent = frame(number, 50.0 + number as f64 / 8.0, 1);
+        socket.send_to(&sent.encode().unwrap(), receiver.address()).unwrap();
+    }
+    let mut seen = Vec::new();
+    let came = record(
+        &mut receiver,
+        4,
+        LONG,
+        &|| false,
+        &mut |frame, labels| seen.push((frame.time, labels.to_vec())),
+        &NoProgress,
+    );
+    assert_eq!(came.unwrap().take.times, [0.0, 0.125, 0.25, 0.375]);
+    assert_eq!(seen, [0.0, 0.125, 0.25, 0.375].map(|time| (time, labels(1))));
+}
+
 /// The rest of a frame has come while the receiver was stopped for longer than a frame waits.
 #[test]
 fn a_receiver_that_was_stopped_gives_whole_frames() {

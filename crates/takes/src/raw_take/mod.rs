@@ -88,6 +88,15 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
     Ok(take)
 }
 
+/// Replaces what stands for “not seen”, such as 0, 0, 0 or 9999999, by [`RawTake::MISSING`], and warns of it in
+/// the take.
+///
+/// [`read`] has done so, except for the take's own CSV. In head space such a number may be a place. In world
+/// space it is what it is in the file of any other program.
+pub fn mark_missing(take: &mut RawTake) {
+    missing::mark(take);
+}
+
 /// Moves the take's clock so that the first frame is at the file's time code, if the file has one.
 fn follow_timecode(take: &mut RawTake) {
     let RawTake { tracks, recording, .. } = take;

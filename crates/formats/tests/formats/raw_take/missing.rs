@@ -2,6 +2,7 @@
 use super::c3d_writer::{C3d, trial};
 use super::{is_missing, read, warns};
 use rhytid_core::RawTake;
+use rhytid_formats::raw_take::mark_missing;
 
 const FRAMES: usize = 60;
 const MARKERS: usize = 4;
@@ -247,4 +248,16 @@ fn wild_positions_and_far_props_are_no_gaps() {
     let points = edge.frames.iter_mut().flatten();
     points.filter(|(position, _)| position[0] == 4095.875).for_each(|(position, _)| position[1] = 700.0);
     assert_eq!(gaps(&read(&edge.integer(0.125).bytes(), "a.c3d")), 0);
+}
+
+/// In head space, 0, 0, 0 may be a place, so the reader keeps it.
+#[test]
+fn the_takes_own_csv_is_marked_where_it_is_in_world_space() {
+    let header: String = (0..MARKERS).map(|j| format!(",a{j}_x,a{j}_y,a{j}_z")).collect();
+    let rows: String =
+        (0..FRAMES).map(|i| format!("{},{}\n", i as f64 / 120.0, cells(i, "0").join(","))).collect();
+    let mut take = read(format!("time{header}\n{rows}").as_bytes(), "take.csv");
+    assert!(is_gap(2, 1) && take.tracks.positions[2 * MARKERS + 1] == [0.0; 3]);
+    mark_missing(&mut take);
+    check(&take, "world space");
 }
