@@ -11,12 +11,13 @@ use crate::typical::{moves_with, rigid_set, typical_frame};
 use crate::verdict;
 use crate::{by_motion, head, head_markers};
 use glam::DVec3;
+use rhytid_core::numbers::median;
 use rhytid_core::text::listed;
 use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
 use rhytid_geometry::registration::{OntoSurface, Similarity};
 use rhytid_solve::head::Region;
 use rhytid_solve::{Placed, Skin};
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::ops::Range;
 
 /// A marker on a head band keeps its distance from others and is at least this far off the skin, in metres.
@@ -39,6 +40,10 @@ const COMPARED: usize = 240;
 
 /// Actors hold the neutral face so long at the start and at the end of a take, in seconds.
 const HELD: f64 = 0.5;
+
+/// In another frame the face lies at the same place of the mesh, up to so many metres. Otherwise it slid along
+/// the skin in one of the two, and nothing tells in which.
+const SAME: f64 = 0.005;
 
 /// With fewer markers nothing can be laid.
 const FEWEST: usize = 4;
@@ -106,6 +111,20 @@ impl PlacedHandles {
             && self.handles.labels.len() >= other.handles.labels.len()
             && self.cost <= other.cost
     }
+
+    /// The median distance of the handles from those of `other`, in mesh units.
+    fn from(&self, other: &Self, skin: &Skin) -> f64 {
+        let there: HashMap<&String, DVec3> = other
+            .handles
+            .labels
+            .iter()
+            .zip(&other.handles.points)
+            .map(|(label, x)| (label, skin.at(x)))
+            .collect();
+        let here = self.handles.labels.iter().zip(&self.handles.points);
+        let distance = |(label, x): (&String, &SurfacePoint)| Some(skin.at(x).distance(*there.get(label)?));
+        median(&mut here.filter_map(distance).collect::<Vec<_>>())
+    }
 }
 
 /// Places a handle for each marker on skin, from one frame of `raw`. The handles of `face` are ignored.
@@ -127,7 +146,10 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     for held in [0..length, raw.tracks.frames() - length..raw.tracks.frames()] {
         let frame = Some(fullest_frame(&raw.tracks, &placed.handles.labels, held));
         let there = place(face, raw, &HandleSettings { frame, ..settings.clone() }, &skin);
-        placed = there.ok().filter(|there| there.is_better(&placed)).unwrap_or(placed);
+        let is_better = |there: &PlacedHandles| {
+            there.is_better(&placed) && there.from(&placed, &skin) * face.metres_per_unit < SAME
+        };
+        placed = there.ok().filter(is_better).unwrap_or(placed);
     }
     Ok(placed)
 }

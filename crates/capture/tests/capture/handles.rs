@@ -162,7 +162,10 @@ fn markers_of_another_actor_come_to_lie_where_they_belong() {
         ("mp18", [-0.483, 7.452, 1.326]),
         ("mp25", [0.483, 7.452, 1.326]),
     ];
-    // Markers of the outer lids lie nearest to this head's corners of the eyes, which do not blink.
+    // In this frame, markers of the outer lids lie nearest to this head's corners of the eyes, which do not
+    // blink.
+    let settings = HandleSettings { frame: Some(714), ..HandleSettings::default() };
+    let found = place_handles(&head, &raw, &settings).unwrap();
     let blink = head.examples.iter().find(|example| example.name == "blink").unwrap();
     for label in ["fps35", "fps36"] {
         let i = found.handles.labels.iter().position(|known| known == label).unwrap();

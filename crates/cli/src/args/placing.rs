@@ -19,7 +19,8 @@ use std::str::FromStr;
 /// Which markers of a take become handles, and what is known of their places.
 #[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Placement {
-    /// The take's frame near the neutral face, counted from 0, or auto: the one that is most like the others.
+    /// The take's frame near the neutral face, counted from 0, or auto: of the start, the end and a typical
+    /// frame, the one that fits the mesh best.
     #[arg(long, value_name = "N", default_value = "auto")]
     pub frame: FrameChoice,
 
