@@ -366,7 +366,7 @@ impl Metadata {
                 reach: Some(learned.reach).filter(|reach| reach.is_finite()),
                 wrinkle_strains: learned.wrinkle_strains,
             }),
-            materials: surface.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
+            materials: surface.materials.iter().flat_map(Materials::names).map(str::to_owned).collect(),
         }
     }
 
@@ -514,7 +514,7 @@ impl Arrays<'_> {
         if !self.has("face_materials") && names.is_empty() {
             return Ok(None);
         }
-        Ok(Some(Materials { of_face: self.u32s("face_materials", &[None])?, names }))
+        Ok(Some(Materials::named(names, self.u32s("face_materials", &[None])?)))
     }
 
     /// What is learned from `examples` for V vertices.

@@ -18,7 +18,7 @@ static RIG: LazyLock<Rig> = LazyLock::new(|| {
     let of_face = (0..16).map(|f| if f == 5 { Materials::NONE } else { f % 2 }).collect();
     changed(&rig, |r| {
         r.surface.uvs = Some(Uvs { values, corners: Some((0..64).map(|c| c % 9).collect()) });
-        r.surface.materials = Some(Materials { names: vec!["skin".into(), "lips".into()], of_face });
+        r.surface.materials = Some(Materials::named(["skin", "lips"], of_face));
     })
     .unwrap()
 });

@@ -44,14 +44,14 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
         false => {
             let found = read_textures(path, args.reading.elsewhere.reach())?;
             let materials = rig.surface().materials.as_ref();
-            let names = materials.map_or(&[][..], |materials| &materials.names);
+            let names: Vec<&str> = materials.iter().flat_map(|materials| materials.names()).collect();
             let of_materials: HashMap<&str, &Arc<[u8]>> =
                 found.iter().map(|(material, bytes)| (material.as_str(), bytes)).collect();
             // An image of many materials is decoded once.
             let mut decoded: HashMap<*const u8, Arc<Picture>> = HashMap::new();
             let mut images = Vec::new();
-            for name in names {
-                let Some(bytes) = of_materials.get(name.as_str()) else {
+            for &name in &names {
+                let Some(bytes) = of_materials.get(name) else {
                     images.push(None);
                     continue;
                 };
@@ -63,14 +63,12 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
                 images.push(Some(image));
             }
             if images.iter().all(Option::is_none) {
-                let list = |names: &mut dyn Iterator<Item = &String>| {
-                    names.map(String::as_str).collect::<Vec<_>>().join(", ")
-                };
+                let of_file: Vec<&str> = found.iter().map(|(name, _)| name.as_str()).collect();
                 return Err(Error::mismatch(format!(
                     "{}: has images for the materials {}, but the rig's are {}; give the image itself",
                     path.display(),
-                    list(&mut found.iter().map(|(name, _)| name)),
-                    if names.is_empty() { "none".to_owned() } else { list(&mut names.iter()) }
+                    of_file.join(", "),
+                    if names.is_empty() { "none".to_owned() } else { names.join(", ") }
                 )));
             }
             (materials, images)
