@@ -84,7 +84,7 @@ pub struct Look {
 }
 
 /// What a surface is, for the look of materials about which the input states nothing.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Tissue {
     /// Skin, and all that nothing is known of.
@@ -321,6 +321,18 @@ impl Texture {
         }
     }
 
+    /// Width and height in pixels, as the head of the file has them; `None` if the head is damaged.
+    pub fn size(&self) -> Option<[u32; 2]> {
+        match self.format()? {
+            // The first chunk begins with them.
+            TextureFormat::Png => {
+                let at = |start: usize| Some(u32::from_be_bytes(*self.bytes.get(start..)?.first_chunk()?));
+                Some([at(16)?, at(20)?])
+            }
+            TextureFormat::Jpeg => jpeg_size(&self.bytes),
+        }
+    }
+
     /// What is wrong with it, as a phrase without its subject; `None` if nothing is.
     fn fault(&self) -> Option<String> {
         let Some(format) = self.format() else {
@@ -337,6 +349,25 @@ impl Texture {
                 format.ending()
             )
         })
+    }
+}
+
+/// The size of a JPEG: its segments are passed over until the one that begins a frame.
+fn jpeg_size(bytes: &[u8]) -> Option<[u32; 2]> {
+    let at = |place: usize| Some(u32::from(u16::from_be_bytes(*bytes.get(place..)?.first_chunk()?)));
+    let mut place = 2;
+    loop {
+        let [0xff, marker] = *bytes.get(place..)?.first_chunk::<2>()? else { return None };
+        match marker {
+            // Bytes that fill, and markers without a length.
+            0xff => place += 1,
+            0x01 | 0xd0..=0xd8 => place += 2,
+            // Tables and comments have other markers than these.
+            0xc0..=0xcf if ![0xc4, 0xc8, 0xcc].contains(&marker) => {
+                return Some([at(place + 7)?, at(place + 5)?]);
+            }
+            _ => place += 2 + at(place + 2)? as usize,
+        }
     }
 }
 

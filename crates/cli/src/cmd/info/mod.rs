@@ -17,7 +17,7 @@ use raw_take::RawTakeInfo;
 use report::ReportInfo;
 use rhytid::core::VertexId;
 use rhytid::core::human;
-use rhytid::core::{Handles, SurfacePoint, input_file, rig_file};
+use rhytid::core::{Handles, Mesh, SurfacePoint, input_file, rig_file};
 use rhytid::formats::{Reach, mesh, tables};
 use rhytid::{Error, Result};
 use rig::RigInfo;
@@ -120,14 +120,14 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
         "usd" | "usda" | "usdc" | "usdz" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // What is neither has the error of the animation that it may be meant as.
-            Err(error) => mesh_or_shapes(path).map_err(|_| error)?,
+            Err(error) => mesh_or_shapes(path, reach).map_err(|_| error)?,
         },
         "glb" | "gltf" | "vrm" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or a damaged file, whose reader gives the better error.
-            Err(_) => mesh_or_shapes(path)?,
+            Err(_) => mesh_or_shapes(path, reach)?,
         },
-        "obj" | "ply" => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),
+        "obj" | "ply" => Content::Mesh(shape(mesh::read(path)?, path, reach)?),
         "safetensors" => Content::Rig(RigInfo::from_rig(rig_file::read(path)?)),
         "json" => Content::Report(ReportInfo::read(path)?),
         "csv" if has_columns(path, &["handle", "marker"])? => {
@@ -164,11 +164,19 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
     })
 }
 
+/// A mesh with the looks of its materials.
+fn shape(mut mesh: Mesh, path: &Path, reach: Reach) -> Result<Shape> {
+    if let Some(materials) = &mut mesh.materials {
+        mesh::read_looks(path, reach)?.give_to(materials);
+    }
+    Ok(Shape::from_mesh(&mesh))
+}
+
 /// A mesh, with its shapes if it has some.
-fn mesh_or_shapes(path: &Path) -> Result<Content> {
+fn mesh_or_shapes(path: &Path, reach: Reach) -> Result<Content> {
     let read = mesh::read_shapes(path)?;
     Ok(match read.shapes.is_empty() {
-        true => Content::Mesh(Shape::from_mesh(&read.neutral)),
+        true => Content::Mesh(shape(read.neutral, path, reach)?),
         false => Content::Shapes(Box::new(ShapesInfo::new(path, &read))),
     })
 }
