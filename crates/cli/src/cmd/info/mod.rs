@@ -127,7 +127,11 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
             // A mesh, or a damaged file, whose reader gives the better error.
             Err(_) => mesh_or_shapes(path, reach)?,
         },
-        "obj" | "ply" => Content::Mesh(shape(mesh::read(path)?, path, reach)?),
+        "obj" | "ply" => {
+            let mut neutral = mesh::read(path)?;
+            give_looks(&mut neutral, path, reach)?;
+            Content::Mesh(Shape::from_mesh(&neutral))
+        }
         "safetensors" => Content::Rig(RigInfo::from_rig(rig_file::read(path)?)),
         "json" => Content::Report(ReportInfo::read(path)?),
         "csv" if has_columns(path, &["handle", "marker"])? => {
@@ -164,19 +168,20 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
     })
 }
 
-/// A mesh with the looks of its materials.
-fn shape(mut mesh: Mesh, path: &Path, reach: Reach) -> Result<Shape> {
-    if let Some(materials) = &mut mesh.materials {
+/// Gives the materials of a mesh, which was read from `path`, their looks.
+fn give_looks(neutral: &mut Mesh, path: &Path, reach: Reach) -> Result<()> {
+    if let Some(materials) = &mut neutral.materials {
         mesh::read_looks(path, reach)?.give_to(materials);
     }
-    Ok(Shape::from_mesh(&mesh))
+    Ok(())
 }
 
 /// A mesh, with its shapes if it has some.
 fn mesh_or_shapes(path: &Path, reach: Reach) -> Result<Content> {
-    let read = mesh::read_shapes(path)?;
+    let mut read = mesh::read_shapes(path)?;
+    give_looks(&mut read.neutral, path, reach)?;
     Ok(match read.shapes.is_empty() {
-        true => Content::Mesh(shape(read.neutral, path, reach)?),
+        true => Content::Mesh(Shape::from_mesh(&read.neutral)),
         false => Content::Shapes(Box::new(ShapesInfo::new(path, &read))),
     })
 }
