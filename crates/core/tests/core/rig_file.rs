@@ -276,7 +276,9 @@ fn materials_have_looks_and_textures_and_a_version() {
     damaged(&|m| m["textures"][1]["bytes"] = 4.into(), "bytes more than its textures");
     damaged(&|m| m["textures"][0]["name"] = "../skin.png".into(), "a file name without folders");
     damaged(&|m| m["textures"][0]["name"] = "skin.exe".into(), "that ends in .png");
-    damaged(&|m| m["textures"][0]["bytes"] = 20.into(), "neither PNG nor JPEG");
+    let shifted =
+        json!([{"name": "skin.png", "bytes": png.len() - 4}, {"name": "lips.jpg", "bytes": jpeg.len() + 4}]);
+    damaged(&|m| m["textures"] = shifted.clone(), "a texture “lips.jpg” that is neither PNG nor JPEG");
 }
 
 #[test]
