@@ -1,4 +1,5 @@
-//! The mesh: polygons, texture coordinates and materials, as the input has them.
+//! The mesh: polygons and texture coordinates, as the input has them.
+use crate::Materials;
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 
@@ -158,39 +159,6 @@ impl Uvs {
                 )
             }),
         }
-    }
-}
-
-/// The material of each face, where the input names materials.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Materials {
-    /// Distinct names, each of at least one face.
-    pub names: Vec<String>,
-    /// For each face its entry in `names`, or [`Materials::NONE`].
-    pub of_face: Vec<u32>,
-}
-
-impl Materials {
-    /// A face without a material.
-    pub const NONE: u32 = u32::MAX;
-
-    /// What is wrong with these as materials of `faces`, as a phrase without its subject; `None` if nothing
-    /// is. Faces are numbered from 1.
-    pub fn fault(&self, faces: &Faces) -> Option<String> {
-        if self.of_face.len() != faces.len() {
-            return Some(format!("has materials for {} faces, expected {}", self.of_face.len(), faces.len()));
-        }
-        let names = self.names.len();
-        if let Some(f) = self.of_face.iter().position(|&m| m != Self::NONE && m as usize >= names) {
-            return Some(format!(
-                "face {} refers to material {}, expected one of its {names} (counted from 0)",
-                f + 1,
-                self.of_face[f]
-            ));
-        }
-        let mut seen = std::collections::HashSet::new();
-        let twice = self.names.iter().find(|name| !seen.insert(name.as_str()))?;
-        Some(format!("has two materials called “{twice}”"))
     }
 }
 

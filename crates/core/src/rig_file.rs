@@ -5,8 +5,9 @@ mod arrays;
 
 use crate::openings::{ACROSS, LEADERS};
 use crate::{
-    AtomicFile, Contact, Error, HandleId, InputErrorKind, Materials, Openings, Result, Rig, StrainEdgeId,
-    SurfacePoint, Table, UpAxis, VertexId, WrinkleStrains, input_file,
+    AtomicFile, Contact, Error, HandleId, InputErrorKind, Material, Materials, Openings, Result, Rig,
+    StatedLook, StrainEdgeId, SurfacePoint, Table, Texture, Tissue, UpAxis, VertexId, WrinkleStrains,
+    input_file,
 };
 use arrays::Arrays;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
@@ -15,8 +16,11 @@ use std::collections::HashMap;
 use std::io::Write;
 use std::path::Path;
 
+/// The version of a rig with materials about whose look more than a name is known.
+pub const VERSION: u32 = 11;
+
 /// The version of a rig in which several vertices are one point of the surface.
-pub const VERSION: u32 = 10;
+const JOINED_VERSION: u32 = 10;
 
 /// The version of a rig in which lids slide on eyeballs, or skin meets skin.
 const CONTACT_VERSION: u32 = 9;
@@ -37,13 +41,14 @@ const LEARNED_VERSION: u32 = 5;
 const CHAPTER_VERSION: u32 = 2;
 
 /// The versions that can be read.
-const VERSIONS: [u32; 7] = [
+const VERSIONS: [u32; 8] = [
     CHAPTER_VERSION,
     LEARNED_VERSION,
     TURNING_VERSION,
     POINTS_VERSION,
     PRIOR_VERSION,
     CONTACT_VERSION,
+    JOINED_VERSION,
     VERSION,
 ];
 
@@ -71,6 +76,29 @@ struct Metadata {
     /// Only if the mesh names materials.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     materials: Vec<String>,
+    /// One for each of `materials`; empty if only names are known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    looks: Vec<LookMetadata>,
+    /// The images of `looks`, in the order of their bytes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    textures: Vec<TextureMetadata>,
+}
+
+/// What is known of a material beside its name.
+#[derive(Debug, Serialize, Deserialize)]
+struct LookMetadata {
+    tissue: Tissue,
+    stated: StatedLook,
+}
+
+/// Everything of a [`Texture`] but its bytes.
+#[derive(Debug, Serialize, Deserialize)]
+struct TextureMetadata {
+    name: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    path: Option<String>,
+    /// How many bytes it has.
+    bytes: u64,
 }
 
 /// Everything of [`crate::Learned`] that is no array.
@@ -210,8 +238,14 @@ fn tensors(rig: &Rig) -> Vec<Tensor> {
             tensors.push(Tensor::vectors("example_weights", &learned.example_weights));
         }
     }
-    if let Some(Materials { of_face, .. }) = &surface.materials {
+    if let Some(Materials { of_face, textures, .. }) = &surface.materials {
         tensors.push(Tensor::u32s("face_materials", of_face, vec![of_face.len()]));
+        if !textures.is_empty() {
+            let mut bytes = Vec::new();
+            textures.iter().for_each(|texture| bytes.extend_from_slice(&texture.bytes));
+            let shape = vec![bytes.len()];
+            tensors.push(Tensor { name: "texture_bytes", dtype: Dtype::U8, shape, bytes });
+        }
     }
     if let Some(uvs) = &surface.uvs {
         tensors.push(Tensor::f32s("uvs", uvs.values.as_flattened(), vec![uvs.values.len(), 2]));
@@ -341,9 +375,19 @@ impl Metadata {
     fn of_rig(rig: &Rig) -> Self {
         let (surface, handles) = (rig.surface(), rig.handles());
         let beta = rig.influences().beta;
+        let list = surface.materials.as_ref().map_or(&[][..], |materials| &materials.list);
+        let textures = surface.materials.as_ref().map_or(&[][..], |materials| &materials.textures);
+        let has_looks = list.iter().any(|material| *material != Material::new(&material.name));
+        let look = |material: &Material| LookMetadata { tissue: material.tissue, stated: material.stated };
+        let texture = |texture: &Texture| TextureMetadata {
+            name: texture.name.clone(),
+            path: texture.path.clone(),
+            bytes: texture.bytes.len() as u64,
+        };
         Self {
             version: match rig.learned() {
-                _ if surface.joined.is_some() => VERSION,
+                _ if has_looks => VERSION,
+                _ if surface.joined.is_some() => JOINED_VERSION,
                 Some(learned) if !learned.contact.is_empty() => CONTACT_VERSION,
                 Some(learned) if !learned.prior_lengths.is_empty() => PRIOR_VERSION,
                 _ if handles.points.iter().any(|point| point.vertex().is_none()) => POINTS_VERSION,
@@ -368,7 +412,9 @@ impl Metadata {
                 reach: Some(learned.reach).filter(|reach| reach.is_finite()),
                 wrinkle_strains: learned.wrinkle_strains,
             }),
-            materials: surface.materials.iter().flat_map(|materials| &materials.names).cloned().collect(),
+            materials: list.iter().map(|material| material.name.clone()).collect(),
+            looks: if has_looks { list.iter().map(look).collect() } else { Vec::new() },
+            textures: textures.iter().map(texture).collect(),
         }
     }
 

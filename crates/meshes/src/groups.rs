@@ -25,11 +25,30 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     }
     let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
     let mesh = like(decode(&bytes, Format::Obj, &path.display().to_string())?, neutral, neutral_path, path)?;
+    let groups = of_faces(&bytes, &mesh, path)?;
+    match groups.is_empty() {
+        true => Err(fault("has no group, expected “g NAME” before the faces of each region")
+            .of_kind(InputErrorKind::Empty)),
+        false => Ok(groups),
+    }
+}
+
+/// Reads the groups of the OBJ file that `mesh` was read from, as [`read_groups`] does. None if it has none.
+///
+/// # Errors
+/// [`Error::Input`] if a face is in too many groups; [`Error::Io`].
+pub fn groups_of(mesh: &Mesh, path: &Path) -> Result<Vec<(String, Vec<u32>)>> {
+    of_faces(&input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?, mesh, path)
+}
+
+/// The groups of an OBJ whose faces are those of `mesh`.
+fn of_faces(bytes: &[u8], mesh: &Mesh, path: &Path) -> Result<Vec<(String, Vec<u32>)>> {
+    let fault = |what: &str| Error::malformed(format!("{}: {what}", path.display()));
     let mut groups: Vec<(String, Vec<u32>)> = Vec::new();
     let mut known: HashMap<String, usize> = HashMap::new();
     // The groups of the next face, and the faces. Each face has a statement of its own.
     let (mut current, mut faces): (Vec<usize>, _) = (Vec::new(), mesh.faces.iter());
-    for obj::Statement { text, .. } in obj::statements(&bytes) {
+    for obj::Statement { text, .. } in obj::statements(bytes) {
         let mut words = obj::words(&text);
         match words.next() {
             Some(b"g") => {
@@ -61,9 +80,5 @@ pub fn read_groups(neutral: &Mesh, neutral_path: &Path, path: &Path) -> Result<V
     }
     groups.retain(|(_, vertices)| !vertices.is_empty());
     groups.sort();
-    match groups.is_empty() {
-        true => Err(fault("has no group, expected “g NAME” before the faces of each region")
-            .of_kind(InputErrorKind::Empty)),
-        false => Ok(groups),
-    }
+    Ok(groups)
 }

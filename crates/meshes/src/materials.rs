@@ -1,6 +1,6 @@
 //! The materials of faces, gathered.
 
-use rhytid_core::Materials;
+use rhytid_core::{Material, Materials};
 use std::collections::HashMap;
 
 /// Collects which face has which material while a mesh is read.
@@ -28,7 +28,7 @@ impl Assigned {
             None => {
                 let index = self.indices.len() as u32;
                 self.indices.insert(name.clone(), index);
-                self.materials.names.push(name.clone());
+                self.materials.list.push(Material::new(name));
                 index
             }
         });
@@ -37,6 +37,6 @@ impl Assigned {
 
     /// `None` where no face has a material.
     pub(super) fn finish(self) -> Option<Materials> {
-        (!self.materials.names.is_empty()).then_some(self.materials)
+        (!self.materials.list.is_empty()).then_some(self.materials)
     }
 }

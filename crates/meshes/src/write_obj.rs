@@ -43,7 +43,7 @@ fn write(out: &mut impl Write, mesh: &Mesh) -> std::io::Result<()> {
             && materials.of_face[f] != material
         {
             material = materials.of_face[f];
-            let name = materials.names.get(material as usize).map_or("", String::as_str);
+            let name = materials.list.get(material as usize).map_or("", |material| material.name.as_str());
             writeln!(out, "{}", format!("usemtl {}", name.replace(char::is_control, "_")).trim_end())?;
         }
         out.write_all(b"f")?;

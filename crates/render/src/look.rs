@@ -1,6 +1,7 @@
 //! Looks, and the colours of skin and wires in them.
 
 use crate::heat::Heat;
+use rhytid_core::Tissue;
 
 /// How a face is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,6 +27,6 @@ pub enum Look {
 }
 
 /// Linear red, green and blue of light skin.
-pub(crate) const SKIN: [f32; 3] = [0.85, 0.56, 0.44];
+pub(crate) const SKIN: [f32; 3] = Tissue::Skin.look().base_color;
 /// Linear red, green and blue of wires.
 pub(crate) const WIRE: [f32; 3] = [0.75, 0.80, 0.85];

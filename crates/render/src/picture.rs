@@ -32,6 +32,16 @@ impl Picture {
         Self { size, pixels }
     }
 
+    /// Whether no pixel lets anything be seen behind it.
+    pub fn is_opaque(&self) -> bool {
+        self.pixels.as_chunks::<4>().0.iter().all(|pixel| pixel[3] == 255)
+    }
+
+    /// Leaves out the opacity.
+    pub fn make_opaque(&mut self) {
+        self.pixels.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| pixel[3] = 255);
+    }
+
     /// Red, green, blue and opacity of the pixel that is x to the right and y down from the upper left
     /// corner.
     ///

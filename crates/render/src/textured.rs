@@ -23,8 +23,9 @@ pub struct Surface<'a> {
     pub uvs: &'a Uvs,
     /// The material of each face, if there are materials.
     pub materials: Option<&'a Materials>,
-    /// An image for each material. Without materials, one image for all faces. Faces without an image have
-    /// the colour of [`crate::Look::Smooth`].
+    /// An image for each material. Without materials, one image for all faces. An image with opacities below
+    /// 255 is drawn over all others, so that what is behind it is seen through it. Faces without an image
+    /// have the colour of [`crate::Look::Smooth`].
     pub images: &'a [Option<Arc<Picture>>],
 }
 
@@ -80,14 +81,23 @@ impl Surface<'_> {
     }
 }
 
+/// The triangles of an image.
+#[derive(Debug)]
+struct Drawn {
+    corners: Range<u32>,
+    image: wgpu::BindGroup,
+    is_opaque: bool,
+}
+
 /// Draws a mesh with its images.
 #[derive(Debug)]
 pub(crate) struct Textured {
     pipeline: wgpu::RenderPipeline,
+    /// For what is not opaque.
+    clear: wgpu::RenderPipeline,
     frame: wgpu::BindGroupLayout,
     corners: wgpu::Buffer,
-    /// The range of corners for each image.
-    images: Vec<(Range<u32>, wgpu::BindGroup)>,
+    images: Vec<Drawn>,
 }
 
 impl Textured {
@@ -126,7 +136,7 @@ impl Textured {
             let range = first..first + corners.len() as u32;
             first = range.end;
             let group = known.entry(picture).or_insert_with(|| images.group(device, queue, picture));
-            groups.push((range, group.clone()));
+            groups.push(Drawn { corners: range, image: group.clone(), is_opaque: picture.is_opaque() });
         }
         let corners = of_images.concat();
         let contents: &[u8] = bytemuck::cast_slice(&corners);
@@ -137,8 +147,10 @@ impl Textured {
             mapped_at_creation: false,
         });
         queue.write_buffer(&buffer, 0, contents);
+        let layouts = [view, image, &frame];
         Self {
-            pipeline: pipeline(device, &[view, image, &frame], target),
+            pipeline: pipeline(device, &layouts, target, true),
+            clear: pipeline(device, &layouts, target, false),
             frame,
             corners: buffer,
             images: groups,
@@ -160,12 +172,15 @@ impl Textured {
                 wgpu::BindGroupEntry { binding: 1, resource: storage(vertices.normals) },
             ],
         });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(2, &frame, &[]);
-        pass.set_vertex_buffer(0, self.corners.slice(..));
-        for (corners, image) in &self.images {
-            pass.set_bind_group(1, image, &[]);
-            pass.draw(corners.clone(), 0..1);
+        // What is clear comes last, over all that is seen through it.
+        for (pipeline, is_opaque) in [(&self.pipeline, true), (&self.clear, false)] {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(2, &frame, &[]);
+            pass.set_vertex_buffer(0, self.corners.slice(..));
+            for drawn in self.images.iter().filter(|drawn| drawn.is_opaque == is_opaque) {
+                pass.set_bind_group(1, &drawn.image, &[]);
+                pass.draw(drawn.corners.clone(), 0..1);
+            }
         }
     }
 }
@@ -182,6 +197,7 @@ fn pipeline(
     device: &wgpu::Device,
     groups: &[&wgpu::BindGroupLayout; 3],
     target: Target,
+    is_opaque: bool,
 ) -> wgpu::RenderPipeline {
     let source = [include_str!("shader.wgsl"), include_str!("textured.wgsl")].concat();
     let source = wgpu::ShaderSource::Wgsl(source.into());
@@ -211,13 +227,17 @@ fn pipeline(
             buffers: &buffers,
         },
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(target.depth_test(true)),
+        depth_stencil: Some(target.depth_test(is_opaque)),
         multisample: target.multisample(),
         fragment: Some(wgpu::FragmentState {
             module: &module,
-            entry_point: Some("textured"),
+            entry_point: Some(if is_opaque { "textured" } else { "clear" }),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
-            targets: &[Some(target.color.into())],
+            targets: &[Some(wgpu::ColorTargetState {
+                format: target.color,
+                blend: (!is_opaque).then_some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
+                write_mask: wgpu::ColorWrites::ALL,
+            })],
         }),
         multiview_mask: None,
         cache: None,

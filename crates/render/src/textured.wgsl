@@ -18,6 +18,12 @@ struct TexturedCorner {
     return TexturedCorner(view.clip_from_mesh * vec4f(position, 1), turned, vec2f(uv.x, 1 - uv.y));
 }
 
+// Colours are multiplied by their opacity.
+@fragment fn clear(c: TexturedCorner, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
+    let seen = textureSample(image, filtering, c.uv);
+    return vec4f(lit(seen.rgb, normalize(c.normal), is_front).rgb * seen.a, seen.a);
+}
+
 @fragment fn textured(c: TexturedCorner, @builtin(front_facing) is_front: bool) -> @location(0) vec4f {
     return lit(textureSample(image, filtering, c.uv).rgb, normalize(c.normal), is_front);
 }

@@ -181,7 +181,7 @@ fn named(mesh: &Mesh, parts: &[Part]) -> Vec<Part> {
         return named;
     };
     let first = named.len();
-    named.extend(materials.names.iter().map(|name| Part { name: name.clone(), vertices: Vec::new() }));
+    named.extend(materials.names().map(|name| Part { name: name.to_owned(), vertices: Vec::new() }));
     for (corners, &material) in mesh.faces.iter().zip(&materials.of_face) {
         if material != Materials::NONE {
             named[first + material as usize].vertices.extend(corners);

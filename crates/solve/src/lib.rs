@@ -55,6 +55,7 @@ mod soft_shell;
 mod spread;
 mod system;
 pub mod tangent_frames;
+mod tissues;
 mod welded;
 
 pub use align::{Misplaced, misplaced};
@@ -174,13 +175,21 @@ pub fn solve(face: &Face, progress: &dyn Progress) -> Result<Rig<f64>> {
 /// As [`solve`].
 pub fn solve_in_full(face: &Face, leave_one_out: bool, progress: &dyn Progress) -> Result<Solved> {
     check(face)?;
-    match Welded::new(face) {
+    let mut solved = match Welded::new(face) {
         Some(welded) => {
             let name = |v: usize| welded.points.first[v];
-            welded.expanded(solve_points(&welded.face, name, leave_one_out, progress)?, face)
+            welded.expanded(solve_points(&welded.face, name, leave_one_out, progress)?, face)?
         }
-        None => solve_points(face, VertexId::from_index, leave_one_out, progress),
+        None => solve_points(face, VertexId::from_index, leave_one_out, progress)?,
+    };
+    let eyeballs: Vec<(VertexId, f64)> =
+        solved.report.eyeballs.iter().map(|eyeball| (eyeball.first_vertex, eyeball.radius)).collect();
+    if let Some(materials) = tissues::of_parts(&solved.rig, &eyeballs) {
+        let mut parts = solved.rig.into_parts();
+        parts.surface.materials = Some(materials);
+        solved.rig = Rig::new(parts)?;
     }
+    Ok(solved)
 }
 
 /// Solves a face each of whose vertices is a point of its own. `name` is what messages call a vertex.

@@ -69,9 +69,9 @@ pub(crate) struct Render {
     #[arg(long, value_name = "IMAGE", help_heading = SHOW)]
     pub matcap: Option<PathBuf>,
 
-    /// The image of --show textured.
+    /// The image of --show textured [default: the looks in the rig].
     ///
-    /// It is a PNG or JPEG, or an .obj, .mtl, .glb or .gltf whose materials name images.
+    /// It is a PNG or JPEG, or an .obj, .mtl, .glb, .gltf or .usd whose materials name images.
     #[arg(long, value_name = "FILE", help_heading = SHOW)]
     pub texture: Option<PathBuf>,
 

@@ -343,6 +343,7 @@ fn project_of(face: &Face, examples: Vec<ExampleSection>) -> Result<Project> {
             units: Some(units),
             up: Some(face.up_axis),
             weld: None,
+            textures: None,
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples,

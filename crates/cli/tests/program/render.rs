@@ -242,6 +242,7 @@ fn textures_and_matcaps_are_those_of_images() {
     };
     let is = |pixel: &[u8], channel: usize| (0..3).all(|c| (pixel[c] > 60) == (c == channel));
     for (name, options, channel) in [
+        ("own", "--show textured", 2),
         ("red", "--show textured --texture red.png", 0),
         ("mtl", "--show textured --texture skin.mtl", 2),
         ("obj", "--show textured --texture neutral.obj", 2),
@@ -257,7 +258,8 @@ fn textures_and_matcaps_are_those_of_images() {
 
     f.write("other.mtl", "newmtl eye\nmap_Kd red.png\n");
     let textured = format!("{args} -o no.png --show textured");
-    f.refused(&textured, &["--show textured", "--texture FILE"]);
+    let without_materials = solved();
+    without_materials.refused(&textured, &["has no materials", "--show textured", "--texture FILE"]);
     f.refused(&format!("{textured} --texture damaged.png"), &["damaged.png", "expected a sound PNG or JPEG"]);
     f.refused(
         &format!("{textured} --texture other.mtl"),

@@ -1,11 +1,11 @@
 //! The arrays of a rig file.
 
-use super::{LearnedMetadata, Metadata};
+use super::{LearnedMetadata, LookMetadata, Metadata, TextureMetadata};
 use crate::openings::{ACROSS, LEADERS};
 use crate::{
     Contact, Error, Examples, Eyeball, Faces, FineScale, HandleId, HandleSet, Influences, Learned, LidVertex,
     Materials, Openings, Result, RigParts, RimFollower, RimVertex, StrainEdgeId, Surface, SurfacePoint,
-    Table, Uvs, VertexId,
+    Table, Texture, Uvs, VertexId,
 };
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 
@@ -36,7 +36,7 @@ impl Arrays<'_> {
         let (v, h, f, p) = (rest.len(), points.len(), strain_edges.len(), metadata.examples.len());
         let n = p + 1;
         let uvs = self.uvs()?;
-        let materials = self.materials(metadata.materials)?;
+        let materials = self.materials(metadata.materials, metadata.looks, metadata.textures)?;
         if metadata.learned.is_none() && metadata.method != "chapter" {
             return Err(self.fail("its metadata cannot be read (missing field `learned`)"));
         }
@@ -126,11 +126,53 @@ impl Arrays<'_> {
         }))
     }
 
-    fn materials(&self, names: Vec<String>) -> Result<Option<Materials>> {
+    fn materials(
+        &self,
+        names: Vec<String>,
+        looks: Vec<LookMetadata>,
+        textures: Vec<TextureMetadata>,
+    ) -> Result<Option<Materials>> {
         if !self.has("face_materials") && names.is_empty() {
             return Ok(None);
         }
-        Ok(Some(Materials { of_face: self.u32s("face_materials", &[None])?, names }))
+        let mut materials = Materials::named(names, self.u32s("face_materials", &[None])?);
+        if !looks.is_empty() && looks.len() != materials.list.len() {
+            return Err(self.fail(format!(
+                "its metadata has {} looks for {} materials, expected one for each",
+                looks.len(),
+                materials.list.len()
+            )));
+        }
+        for (material, LookMetadata { tissue, stated }) in materials.list.iter_mut().zip(looks) {
+            (material.tissue, material.stated) = (tissue, stated);
+        }
+        materials.textures = self.textures(textures)?;
+        Ok(Some(materials))
+    }
+
+    fn textures(&self, textures: Vec<TextureMetadata>) -> Result<Vec<Texture>> {
+        if textures.is_empty() {
+            return Ok(Vec::new());
+        }
+        let view = self.view("texture_bytes", Dtype::U8, &[None])?;
+        let mut rest = view.data();
+        let mut found = Vec::new();
+        for TextureMetadata { name, path, bytes } in textures {
+            let split = usize::try_from(bytes).ok().and_then(|bytes| rest.split_at_checked(bytes));
+            let Some((bytes, behind)) = split else {
+                return Err(self.fail(format!(
+                    "array `texture_bytes` ends within the texture {name}, expected {bytes} bytes of it"
+                )));
+            };
+            rest = behind;
+            found.push(Texture { name, path, bytes: bytes.into() });
+        }
+        if !rest.is_empty() {
+            return Err(
+                self.fail(format!("array `texture_bytes` has {} bytes more than its textures", rest.len()))
+            );
+        }
+        Ok(found)
     }
 
     /// What is learned from `examples` for V vertices.

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use rhytid_core::{
-    Error, InputErrorKind, Materials, NoProgress, Prior, Rig, StrainEdgeId, SurfacePoint, Table, Uvs,
-    VertexId, WrinkleStrains, rig_file,
+    Error, InputErrorKind, Materials, NoProgress, Prior, Rig, StatedLook, StrainEdgeId, SurfacePoint, Table,
+    Texture, Tissue, Transparency, Uvs, VertexId, WrinkleStrains, rig_file,
 };
 use rhytid_kernels::vec3;
 use rhytid_solve::solve;
@@ -18,7 +18,7 @@ static RIG: LazyLock<Rig> = LazyLock::new(|| {
     let of_face = (0..16).map(|f| if f == 5 { Materials::NONE } else { f % 2 }).collect();
     changed(&rig, |r| {
         r.surface.uvs = Some(Uvs { values, corners: Some((0..64).map(|c| c % 9).collect()) });
-        r.surface.materials = Some(Materials { names: vec!["skin".into(), "lips".into()], of_face });
+        r.surface.materials = Some(Materials::named(["skin", "lips"], of_face));
     })
     .unwrap()
 });
@@ -223,6 +223,65 @@ fn what_is_written_is_read() {
 
 /// Files that older programs wrote, and new files that older programs read.
 #[test]
+fn materials_have_looks_and_textures_and_a_version() {
+    let png: &[u8] = b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\x02\0\0\0\x03";
+    let jpeg: &[u8] = b"\xff\xd8\xff\xe0\0\x04ab\xff\xc0\0\x0b\x08\0\x05\0\x07\x03";
+    let rig = changed(&RIG, |r| {
+        let materials = r.surface.materials.as_mut().unwrap();
+        materials.textures = vec![
+            Texture { name: "skin.png".into(), path: Some("maps/skin.png".into()), bytes: png.into() },
+            Texture { name: "lips.jpg".into(), path: None, bytes: jpeg.into() },
+        ];
+        materials.list[0].stated = StatedLook {
+            base_color: Some([0.1, 0.2, 1.0]),
+            texture: Some(0),
+            opacity: Some(0.3),
+            transparency: Some(Transparency::Mask(0.7)),
+            roughness: Some(0.6),
+            metallic: Some(0.0),
+        };
+        materials.list[1].stated.texture = Some(1);
+        materials.list[1].tissue = Tissue::Mouth;
+    })
+    .unwrap();
+    assert_eq!(rig.surface().materials.as_ref().unwrap().textures[0].size(), Some([2, 3]));
+    assert_eq!(rig.surface().materials.as_ref().unwrap().textures[1].size(), Some([7, 5]));
+    let bytes = rig_file::encode(&rig).unwrap();
+    assert_eq!(rig_file::decode(&bytes, "rig").unwrap(), rig);
+    let (header, arrays) = parse(&bytes);
+    let metadata: Value = serde_json::from_str(header["__metadata__"]["rhytid"].as_str().unwrap()).unwrap();
+    assert_eq!(metadata["version"], 11);
+    let stated = json!({"base_color": [0.1, 0.2, 1.0], "texture": 0, "opacity": 0.3, "transparency": {"mask": 0.7},
+        "roughness": 0.6, "metallic": 0.0});
+    assert_eq!(metadata["looks"][0], json!({"tissue": "skin", "stated": stated}));
+    assert_eq!(metadata["looks"][1], json!({"tissue": "mouth", "stated": {"texture": 1}}));
+    let textures = json!([{"name": "skin.png", "path": "maps/skin.png", "bytes": png.len()},
+        {"name": "lips.jpg", "bytes": jpeg.len()}]);
+    assert_eq!(metadata["textures"], textures);
+    let [first, end] = [0, 1].map(|i| header["texture_bytes"]["data_offsets"][i].as_u64().unwrap() as usize);
+    assert_eq!(arrays[first..end], [png, jpeg].concat());
+
+    let damaged = |change: &dyn Fn(&mut Value), words: &str| {
+        let mut header = header.clone();
+        let mut metadata = metadata.clone();
+        change(&mut metadata);
+        header["__metadata__"]["rhytid"] = metadata.to_string().into();
+        refused(&assemble(&header, arrays), &[words]);
+    };
+    damaged(&|m| m["looks"] = json!([{"tissue": "skin", "stated": {}}]), "1 looks for 2 materials");
+    damaged(&|m| m["looks"][1]["tissue"] = "wood".into(), "metadata cannot be read");
+    damaged(&|m| m["looks"][1]["stated"]["texture"] = 2.into(), "texture 2, expected one of its 2");
+    damaged(&|m| m["looks"][1]["stated"]["opacity"] = 2.into(), "opacity 2, expected 0 to 1");
+    damaged(&|m| m["textures"][1]["bytes"] = 1000.into(), "ends within the texture lips.jpg");
+    damaged(&|m| m["textures"][1]["bytes"] = 4.into(), "bytes more than its textures");
+    damaged(&|m| m["textures"][0]["name"] = "../skin.png".into(), "a file name without folders");
+    damaged(&|m| m["textures"][0]["name"] = "skin.exe".into(), "that ends in .png");
+    let shifted =
+        json!([{"name": "skin.png", "bytes": png.len() - 4}, {"name": "lips.jpg", "bytes": jpeg.len() + 4}]);
+    damaged(&|m| m["textures"] = shifted.clone(), "a texture “lips.jpg” that is neither PNG nor JPEG");
+}
+
+#[test]
 fn a_rig_of_the_chapters_method_is_a_file_of_version_2() {
     let chapter = changed(&RIG, |r| r.learned = None).unwrap();
     let bytes = rig_file::encode(&chapter).unwrap();
@@ -381,17 +440,17 @@ fn files_cut_short_anywhere() {
 #[test]
 fn other_versions_and_other_files() {
     // Earlier versions that are no longer written, and later ones.
-    for version in [0, 1, 3, 4, 11, u32::MAX] {
+    for version in [0, 1, 3, 4, 12, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
         let kind = refused(
             &bytes,
-            &[&format!("version {version}, expected 2, 5, 6, 7, 8, 9 or 10"), "solve the face again"],
+            &[&format!("version {version}, expected 2, 5, 6, 7, 8, 9, 10 or 11"), "solve the face again"],
         );
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // Such a file may have entirely different metadata, and arrays that are unknown here.
-    let newer = with_metadata(|m| *m = json!({"version": 11}));
-    refused(&newer, &["version 11, expected 2, 5, 6, 7, 8, 9 or 10"]);
+    let newer = with_metadata(|m| *m = json!({"version": 12}));
+    refused(&newer, &["version 12, expected 2, 5, 6, 7, 8, 9, 10 or 11"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],

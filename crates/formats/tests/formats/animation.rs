@@ -230,9 +230,9 @@ pub(crate) fn with_everything(uvs: UvKind, frames: usize, seed: u64) -> Animatio
             animation.others.push(Other { frames: of_frames.collect(), channel });
         }
     }
-    let names = ["skin 1", "skin-1", "Zähne \"oben\"\n", "1"].map(String::from).to_vec();
+    let names = ["skin 1", "skin-1", "Zähne \"oben\"\n", "1"];
     let of_face = (0..animation.faces.len()).map(|_| random.below(4) as u32).collect();
-    animation.materials = Some(Materials { names, of_face });
+    animation.materials = Some(Materials::named(names, of_face));
     animation.head = Some((0..frames).map(|_| random.motion()).collect());
     animation
 }

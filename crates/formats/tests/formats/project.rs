@@ -18,6 +18,7 @@ neutral = "neutral.obj"        # paths are relative to this file
 units = "cm"
 up = "z"
 weld = true
+textures = false
 [handles]
 vertices = "markers.csv"
 [[example]]
@@ -113,6 +114,7 @@ fn full() -> Project {
             units: Some(Units::Centimetres),
             up: Some(UpAxis::Z),
             weld: Some(true),
+            textures: Some(false),
         },
         handles: HandlesSection { vertices: "markers.csv".into() },
         examples: vec![
@@ -214,6 +216,7 @@ fn what_is_left_out_has_its_default() {
                 units: Some(Units::Metres),
                 up: None,
                 weld: None,
+                textures: None,
             },
             handles: HandlesSection { vertices: "h.csv".into() },
             examples: vec![],
@@ -360,6 +363,7 @@ fn any_project() -> impl Strategy<Value = Project> {
             units: Some(mesh.2),
             up: Some(if mesh.3 { UpAxis::Z } else { UpAxis::Y }),
             weld: mesh.3.then_some(choices.1),
+            textures: choices.1.then_some(mesh.3),
         },
         handles: HandlesSection { vertices },
         examples: examples

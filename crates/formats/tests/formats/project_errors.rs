@@ -38,7 +38,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
             "neutral =",
             "neutrl =",
             "face.toml, line 2: unknown key \"neutrl\" in [mesh] (did you mean \"neutral\"?), \
-             expected name, neutral, prim, units, up, weld",
+             expected name, neutral, prim, units, up, weld, textures",
         ),
         (
             "[handles]",
@@ -79,7 +79,7 @@ fn unknown_keys_are_named_with_the_nearest_known_one() {
         (
             "units = \"cm\"",
             "zeta = 1\nalpha = 2",
-            "face.toml, line 3: unknown key \"zeta\" in [mesh], expected name, neutral, prim, units, up, weld",
+            "face.toml, line 3: unknown key \"zeta\" in [mesh], expected name, neutral, prim, units, up, weld, textures",
         ),
     ] {
         assert_eq!(changed(from, to), expected);

@@ -41,8 +41,8 @@ pub(crate) struct About {
 impl About {
     /// The facts that every scene has.
     pub(crate) fn new(scene: &Scene<'_>) -> Self {
-        let material = match scene.materials.map_or(&[][..], |materials| &materials.names) {
-            [only] => only,
+        let material = match scene.materials.map_or(&[][..], |materials| &materials.list) {
+            [only] => &only.name,
             _ => "skin",
         };
         Self {

@@ -4,15 +4,16 @@
 mod accessor;
 mod buffers;
 mod draco;
+mod looks;
 mod material_uvs;
 mod nodes;
 mod scene;
 mod skin;
 mod targets;
-mod textures;
 
 pub(super) use buffers::{External, read_beside};
 
+use super::looks::Gathered;
 use super::shapes::Shapes;
 use ::gltf::binary::Glb;
 use ::gltf::json::{Root, Value, deserialize};
@@ -21,7 +22,6 @@ use buffers::Buffers;
 use rhytid_core::{Error, Result};
 use rhytid_gltf::meshopt;
 use std::borrow::Cow;
-use std::sync::Arc;
 
 /// The mesh, with its morph targets if `with_shapes`.
 pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>, with_shapes: bool) -> Result<Shapes> {
@@ -30,10 +30,11 @@ pub(super) fn decode(bytes: &[u8], name: &str, external: External<'_>, with_shap
     scene::read(&root, &buffers, name, with_shapes)
 }
 
-/// The base colours of materials: names and images as they are encoded.
-pub(super) fn textures(bytes: &[u8], name: &str, external: External<'_>) -> Result<Vec<(String, Arc<[u8]>)>> {
-    let (root, buffers) = open(bytes, name, external)?;
-    textures::read(&root, &buffers, name, external)
+/// The looks of materials.
+pub(super) fn looks(bytes: &[u8], external: External<'_>, gathered: &mut Gathered<'_>) -> Result<()> {
+    let (root, buffers) = open(bytes, gathered.name(), external)?;
+    looks::read(&root, &buffers, external, gathered);
+    Ok(())
 }
 
 fn open(bytes: &[u8], name: &str, external: External<'_>) -> Result<(Root, Buffers)> {

@@ -5,6 +5,7 @@ use super::super::shapes::{MeshPart, Shapes, Space};
 use super::super::uvs::CornerUvs;
 use super::accessor::Accessors;
 use super::buffers::Buffers;
+use super::looks::material_name;
 use super::material_uvs::{MaterialUvs, UvTransform};
 use super::nodes::{Nodes, Placed};
 use super::skin::{Placement, Set, Skin, sets};
@@ -219,8 +220,7 @@ impl Reader<'_> {
                 first_vertex + corner[2],
             ]);
         }
-        let named = |material: ::gltf::json::Index<_>| self.accessors.root.materials.get(material.value());
-        self.materials.choose(primitive.material.and_then(named).and_then(|material| material.name.clone()));
+        self.materials.choose(material.and_then(|material| material_name(self.accessors.root, material)));
         self.materials.fill(self.mesh.faces.len());
         Ok(())
     }

@@ -229,7 +229,7 @@ fn materials(placed: &Placed<'_>, tree: &Tree<'_>, faces: usize, values: &mut Va
 }
 
 /// The name of the material at a path. An export of Rhytid keeps the name that the input had.
-fn material_name(tree: &Tree<'_>, path: &str) -> String {
+pub(super) fn material_name(tree: &Tree<'_>, path: &str) -> String {
     let data = tree.at(path).and_then(|material| field(&material.prim.metadata, "customData"));
     let original = match data {
         Some(Value::Dictionary(data)) => field(data, "name"),

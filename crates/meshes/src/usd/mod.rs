@@ -2,21 +2,24 @@
 //!
 //! References, payloads, inherited prims and variants are not followed.
 
+mod looks;
 mod mesh;
 mod place;
 mod shapes;
 mod tree;
 mod values;
 
+use super::looks::Gathered;
 use super::materials::Assigned;
 use super::read::Selection;
 use super::shapes::{MeshPart, Shape, Shapes, Space};
 use super::uvs::{self, CornerUvs};
 use mesh::PrimMesh;
-use rhytid_core::{Error, InputErrorKind, Mesh, Result, UpAxis};
+use rhytid_core::{Error, InputErrorKind, Mesh, Reach, Result, UpAxis};
 use rhytid_usd::layer::{Layer, Prim, Value};
 use rhytid_usd::read::{Opened, field};
 use std::collections::HashMap;
+use std::path::Path;
 use tree::{Placed, Tree};
 use values::Values;
 
@@ -44,6 +47,16 @@ pub(super) fn read(bytes: Vec<u8>, name: &str, selection: &Selection) -> Result<
         warn_other_shapes(&other_shapes(&tree), name);
     }
     Ok(joined.finish(space(&layer), name))
+}
+
+/// The looks of the materials of the layer `bytes` in the file `path`.
+pub(super) fn looks(bytes: Vec<u8>, path: &Path, reach: Reach, gathered: &mut Gathered<'_>) -> Result<()> {
+    let name = gathered.name();
+    let package = bytes.starts_with(b"PK").then(|| bytes.clone());
+    let Opened { layer, samples, .. } = rhytid_usd::read::decode(bytes, name)?;
+    let mut values = Values { samples, time: None, used_time: false, name };
+    let tree = Tree::new(&layer, &mut values)?;
+    looks::read(&tree, &mut values, path, package.as_deref(), reach, gathered)
 }
 
 /// The meshes that are wanted.

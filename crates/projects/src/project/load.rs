@@ -1,5 +1,6 @@
 //! Reads the files that a [`Project`] names, and makes a [`Face`] of them.
 use super::examples::{self, Of, OfSection};
+use super::named_parts;
 use super::prior;
 use super::sculpted;
 use super::sections::{Edges, ExampleSection, Method, PinsSection, Project};
@@ -74,7 +75,14 @@ struct Loaded {
 fn loaded(project: &Project, path: &Path, reach: Reach) -> Result<Loaded> {
     let neutral_path = existing(path, &project.mesh.neutral, "[mesh] neutral", reach)?;
     let selection = Selection { prim: project.mesh.prim.clone(), time: None };
-    let Shapes { neutral, space, .. } = mesh::read_file(&neutral_path, &selection, false)?;
+    let Shapes { mut neutral, space, parts, .. } = mesh::read_file(&neutral_path, &selection, false)?;
+    if let Some(materials) = &mut neutral.materials {
+        let looks = mesh::read_looks(&neutral_path, reach)?;
+        let looks = if project.mesh.textures == Some(false) { looks.without_textures() } else { looks };
+        looks.give_to(materials);
+    } else {
+        neutral.materials = named_parts::materials(&neutral, &neutral_path, &parts)?;
+    }
     let space = NeutralSpace::new(&project.mesh, space, path)?;
     let of = Of { project, path, reach, neutral: &neutral, neutral_path: &neutral_path, space };
     let mut sections = Vec::new();

@@ -2,6 +2,7 @@
 //! `docs/project-file.md`.
 mod examples;
 mod load;
+mod named_parts;
 mod parse;
 mod prior;
 mod sculpted;

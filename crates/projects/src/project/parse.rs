@@ -130,7 +130,7 @@ fn learned(section: &Section<'_>) -> Result<LearnedSection> {
 const SIZES: std::ops::RangeInclusive<f64> = 1e-6..=1e6;
 
 fn mesh(section: &Section<'_>) -> Result<MeshSection> {
-    section.allow(&["name", "neutral", "prim", "units", "up", "weld"])?;
+    section.allow(&["name", "neutral", "prim", "units", "up", "weld", "textures"])?;
     let neutral = section.path("neutral", "the file of the neutral mesh")?;
     let prim = prim(section, &neutral)?;
     let name = section.text("name", "a name")?;
@@ -149,7 +149,8 @@ fn mesh(section: &Section<'_>) -> Result<MeshSection> {
         Some(other) => return Err(section.wrong("up", &quoted(other), "\"y\" or \"z\"")),
     };
     let weld = section.truth("weld")?;
-    Ok(MeshSection { name: name.map(str::to_owned), neutral, prim, units, up, weld })
+    let textures = section.truth("textures")?;
+    Ok(MeshSection { name: name.map(str::to_owned), neutral, prim, units, up, weld, textures })
 }
 
 /// Whether the files of this format may state their unit and the axis that points up.

@@ -63,6 +63,9 @@ pub struct MeshSection {
     /// surface at texture seams, and for no other format.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub weld: Option<bool>,
+    /// Whether the rig has the images of the neutral's materials. `None`: it has.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub textures: Option<bool>,
 }
 
 impl MeshSection {

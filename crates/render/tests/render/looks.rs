@@ -411,7 +411,7 @@ fn textures_are_where_their_coordinates_say() {
     // Each quad has the whole image. So vertices between quads have two places on it.
     let square = vec![[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
     let uvs = Uvs { values: square, corners: Some(vec![0, 1, 2, 3, 0, 1, 2, 3]) };
-    let materials = Materials { names: vec!["a".into(), "b".into()], of_face: vec![0, 1] };
+    let materials = Materials::named(["a", "b"], vec![0, 1]);
     let lit = |colour: [f32; 3]| colour.map(|part| part * light([0.0, 0.0, 1.0]));
     each_device(|device, wgpu| {
         let pixel = |picture: &Picture, x: f32, y: f32| {

@@ -204,7 +204,7 @@ fn a_part_that_is_named_is_the_head() {
     // Materials are parts too: the hair's faces are the last ones.
     let faces = face.neutral.faces.len();
     let of_face = (0..faces).map(|f| u32::from(f >= faces - 64 * 39)).collect();
-    face.neutral.materials = Some(Materials { names: vec!["all".into(), "strands".into()], of_face });
+    face.neutral.materials = Some(Materials::named(["all", "strands"], of_face));
     let found = find(&face, &[], Some("strands")).unwrap();
     let members: Vec<u32> = (0..).zip(&found.vertices).filter(|(_, is)| **is).map(|(v, _)| v).collect();
     assert_eq!(members, avatar.vertices("hair"));

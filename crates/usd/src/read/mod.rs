@@ -34,6 +34,7 @@ pub(super) use lookup::default_prim;
 pub use lookup::{attribute, field};
 pub use open::{decode, open};
 pub use opened::{Opened, Samples};
+pub use package::package_member;
 pub(super) use parts::Parts;
 pub use primvar::read_primvar;
 

@@ -3,14 +3,61 @@
 
 use super::source::Source;
 use rhytid_core::{Error, InputErrorKind, Result};
+use std::io::{Cursor, Read};
+use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
+
+/// The bytes of the file `asset` in a package, a path that the package's first member names: relative to that
+/// member or, without `./`, to the package. `None` if the package has no such file. `name` is for messages.
+///
+/// # Errors
+/// [`Error::Input`] if the package is damaged.
+pub fn package_member(bytes: &[u8], name: &str, asset: &str) -> Result<Option<Vec<u8>>> {
+    let damaged = |error: &dyn std::fmt::Display| {
+        Error::malformed(format!("{name}: {asset} cannot be read ({error}); export it again"))
+    };
+    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
+    let first = match archive.by_index_raw(0) {
+        Ok(first) => first.name().map_err(|error| damaged(&error))?.into_owned(),
+        Err(error) => return Err(damaged(&error)),
+    };
+    let folder = first.rsplit_once('/').map_or("", |(folder, _)| folder);
+    for candidate in [normal(&format!("{folder}/{asset}")), normal(asset)] {
+        let mut member = match archive.by_name(&candidate) {
+            Ok(member) => member,
+            Err(ZipError::FileNotFound) => continue,
+            Err(error) => return Err(damaged(&error)),
+        };
+        let mut found = Vec::new();
+        // The members of a package are stored as they are, so that none is larger than the package.
+        let limit = bytes.len() as u64;
+        member.by_ref().take(limit).read_to_end(&mut found).map_err(|error| damaged(&error))?;
+        return Ok(Some(found));
+    }
+    Ok(None)
+}
+
+/// A path without `.` and `..`.
+fn normal(path: &str) -> String {
+    let mut parts: Vec<&str> = Vec::new();
+    for part in path.split('/') {
+        match part {
+            "" | "." => {}
+            ".." => {
+                parts.pop();
+            }
+            part => parts.push(part),
+        }
+    }
+    parts.join("/")
+}
 
 /// The layer to open.
 pub(super) fn first_member(source: Source) -> Result<Source> {
     let len = source.len();
     let (bytes, name) = source.into_inner();
     let wrong = |what: String| Error::malformed(format!("{name}: {what}"));
-    let damaged = |error: zip::result::ZipError| {
+    let damaged = |error: ZipError| {
         wrong(format!(
             "its list of members cannot be read ({error}); the file is cut short or damaged, export it again"
         ))

@@ -10,7 +10,7 @@ use rhytid_core::{Materials, Result};
 pub(super) fn bind(mesh: &mut Prim, materials: &Materials, scope: &str) -> Result<Prim> {
     let (_, scope_name) = scope.rsplit_once('/').unwrap_or(("", scope));
     let mut looks = prim("Scope", scope_name);
-    let mut faces_of = vec![Vec::new(); materials.names.len()];
+    let mut faces_of = vec![Vec::new(); materials.list.len()];
     for (face, &material) in materials.of_face.iter().enumerate() {
         if material != Materials::NONE {
             faces_of[material as usize].push(integer(face)?);
@@ -19,8 +19,8 @@ pub(super) fn bind(mesh: &mut Prim, materials: &Materials, scope: &str) -> Resul
     let all = materials.of_face.iter().all(|&material| material != Materials::NONE);
     let family = if all { "partition" } else { "nonOverlapping" };
     mesh.set_uniform("token", "subsetFamily:materialBind:familyType", token(family));
-    let names = identifiers(materials.names.iter().map(String::as_str));
-    for ((name, original), faces) in names.iter().zip(&materials.names).zip(faces_of) {
+    let names = identifiers(materials.names());
+    for ((name, original), faces) in names.iter().zip(materials.names()).zip(faces_of) {
         mesh.children.push(subset(name, faces, format!("{scope}/{name}")));
         looks.children.push(material(name, original, scope));
     }

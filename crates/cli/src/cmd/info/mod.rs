@@ -19,7 +19,7 @@ use raw_take::RawTakeInfo;
 use report::ReportInfo;
 use rhytid::core::VertexId;
 use rhytid::core::human;
-use rhytid::core::{Handles, SurfacePoint, input_file, rig_file};
+use rhytid::core::{Handles, Mesh, SurfacePoint, input_file, rig_file};
 use rhytid::formats::raw_take::{Contents, contents};
 use rhytid::formats::{Reach, mesh, tables};
 use rhytid::{Error, Result};
@@ -125,14 +125,18 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
         "usd" | "usda" | "usdc" | "usdz" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // What is neither has the error of the animation that it may be meant as.
-            Err(error) => mesh_or_shapes(path).map_err(|_| error)?,
+            Err(error) => mesh_or_shapes(path, reach).map_err(|_| error)?,
         },
         "glb" | "gltf" | "vrm" => match AnimationInfo::read(path, reach) {
             Ok(animation) => Content::Animation(Box::new(animation)),
             // A mesh, or a damaged file, whose reader gives the better error.
-            Err(_) => mesh_or_shapes(path)?,
+            Err(_) => mesh_or_shapes(path, reach)?,
         },
-        "obj" | "ply" => Content::Mesh(Shape::from_mesh(&mesh::read(path)?)),
+        "obj" | "ply" => {
+            let mut neutral = mesh::read(path)?;
+            give_looks(&mut neutral, path, reach)?;
+            Content::Mesh(Shape::from_mesh(&neutral))
+        }
         "safetensors" => Content::Rig(RigInfo::from_rig(rig_file::read(path)?)),
         "json" => Content::Report(ReportInfo::read(path)?),
         "csv" if has_columns(path, &["handle", "marker"])? => {
@@ -173,9 +177,18 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
     })
 }
 
+/// Gives the materials of a mesh, which was read from `path`, their looks.
+fn give_looks(neutral: &mut Mesh, path: &Path, reach: Reach) -> Result<()> {
+    if let Some(materials) = &mut neutral.materials {
+        mesh::read_looks(path, reach)?.give_to(materials);
+    }
+    Ok(())
+}
+
 /// A mesh, with its shapes if it has some.
-fn mesh_or_shapes(path: &Path) -> Result<Content> {
-    let read = mesh::read_shapes(path)?;
+fn mesh_or_shapes(path: &Path, reach: Reach) -> Result<Content> {
+    let mut read = mesh::read_shapes(path)?;
+    give_looks(&mut read.neutral, path, reach)?;
     Ok(match read.shapes.is_empty() {
         true => Content::Mesh(Shape::from_mesh(&read.neutral)),
         false => Content::Shapes(Box::new(ShapesInfo::new(path, &read))),

@@ -17,7 +17,37 @@ pub(super) struct Shape {
     uvs: &'static str,
     /// The names that faces refer to.
     materials: Vec<String>,
+    /// The names of those about whose look the file states nothing.
+    default_looks: Vec<String>,
+    textures: Vec<TextureInfo>,
     bounds: Option<Bounds>,
+}
+
+/// An image that materials name.
+#[derive(Serialize)]
+pub(super) struct TextureInfo {
+    name: String,
+    bytes: usize,
+    /// Null where the image is damaged, as the next.
+    width: Option<u32>,
+    height: Option<u32>,
+    /// The names of the materials that name it.
+    materials: Vec<String>,
+}
+
+impl TextureInfo {
+    fn text(&self) -> String {
+        let size = match (self.width, self.height) {
+            (Some(width), Some(height)) => format!("{width} × {height} pixels"),
+            _ => "damaged".to_owned(),
+        };
+        format!(
+            "{} ({size}, {}, of {})",
+            self.name,
+            human::bytes(self.bytes as u64),
+            self.materials.join(", ")
+        )
+    }
 }
 
 #[derive(Serialize)]
@@ -28,6 +58,21 @@ pub(super) struct Bounds {
 
 impl Shape {
     pub(super) fn from_mesh(mesh: &Mesh) -> Self {
+        let list = mesh.materials.as_ref().map_or(&[][..], |materials| &materials.list);
+        let mut textures: Vec<TextureInfo> = Vec::new();
+        for texture in mesh.materials.iter().flat_map(|materials| &materials.textures) {
+            let number = Some(textures.len() as u32);
+            let of = list.iter().filter(|material| material.stated.texture == number);
+            let [width, height] = texture.size().map_or([None; 2], |size| size.map(Some));
+            textures.push(TextureInfo {
+                name: texture.name.clone(),
+                bytes: texture.bytes.len(),
+                width,
+                height,
+                materials: of.map(|material| material.name.clone()).collect(),
+            });
+        }
+        let by_default = list.iter().filter(|material| material.look().is_default);
         let mut faces_by_corners = BTreeMap::new();
         for &corners in &mesh.faces.counts {
             *faces_by_corners.entry(corners).or_insert(0) += 1;
@@ -42,7 +87,9 @@ impl Shape {
                 Some(Uvs { corners: None, .. }) => "vertex",
                 Some(Uvs { corners: Some(_), .. }) => "corner",
             },
-            materials: mesh.materials.as_ref().map(|materials| materials.names.clone()).unwrap_or_default(),
+            materials: list.iter().map(|material| material.name.clone()).collect(),
+            default_looks: by_default.map(|material| material.name.clone()).collect(),
+            textures,
             bounds: mesh.bounds().map(Bounds::from),
         }
     }
@@ -64,6 +111,13 @@ impl Shape {
             row("texture coordinates", uvs),
             row("materials", list(&self.materials)),
         ];
+        if !self.default_looks.is_empty() {
+            rows.push(row("of default look", list(&self.default_looks)));
+        }
+        if !self.textures.is_empty() {
+            let textures: Vec<String> = self.textures.iter().map(TextureInfo::text).collect();
+            rows.push(row("textures", list(&textures)));
+        }
         rows.extend(self.bounds.as_ref().map(|b| row("bounds", b.text(unit))));
         rows
     }

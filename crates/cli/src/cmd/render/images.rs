@@ -1,11 +1,11 @@
 //! The images that a renderer is given: a matcap, textures.
 
 use crate::args::{self, Show};
-use rhytid::core::input_file;
-use rhytid::formats::mesh::read_textures;
-use rhytid::render::{Picture, Renderer, Surface};
+use rhytid::core::{Material, Materials, Uvs, input_file};
+use rhytid::formats::mesh::read_looks;
+use rhytid::render::{Picture, Renderer, Surface, pictures};
 use rhytid::{Error, Result, Rig};
-use std::collections::HashMap;
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -21,68 +21,89 @@ pub(super) fn give(renderer: &mut Renderer, rig: &Rig, args: &args::Render) -> R
     if !args.show.contains(&Show::Textured) {
         return Ok(());
     }
-    let uvs = rig.surface().uvs.as_ref().ok_or_else(|| {
-        Error::rig_lacks(format!(
-            "{}: has no texture coordinates, which --show textured needs; solve it again of a neutral that has them (vt in .obj, \
-             TEXCOORD_0 in glTF)",
-            args.rig.display()
-        ))
-    })?;
-    let path = args.texture.as_ref().ok_or_else(|| {
-        Error::input(
-            "--show textured: say with --texture FILE which image; or give the .obj, .mtl, .glb or .gltf whose materials name theirs",
-        )
-    })?;
-    let is_image = path
-        .extension()
-        .is_some_and(|ending| ["png", "jpg", "jpeg"].iter().any(|known| ending.eq_ignore_ascii_case(known)));
-    let (materials, images) = match is_image {
-        true => {
+    let of_rig = rig.surface().materials.as_ref();
+    let mut materials = None;
+    let images = match &args.texture {
+        Some(path) if is_image(path) => {
             let bytes = input_file::read(path, input_file::LARGEST_MESH_OR_TAKE)?;
-            (None, vec![Some(Arc::new(decode(path, &bytes)?))])
+            let mut image = decode(path, &bytes)?;
+            image.make_opaque();
+            vec![Some(Arc::new(image))]
         }
-        false => {
-            let found = read_textures(path, args.reading.elsewhere.reach())?;
-            let materials = rig.surface().materials.as_ref();
-            let names = materials.map_or(&[][..], |materials| &materials.names);
-            let of_materials: HashMap<&str, &Arc<[u8]>> =
-                found.iter().map(|(material, bytes)| (material.as_str(), bytes)).collect();
-            // An image of many materials is decoded once.
-            let mut decoded: HashMap<*const u8, Arc<Picture>> = HashMap::new();
-            let mut images = Vec::new();
-            for name in names {
-                let Some(bytes) = of_materials.get(name.as_str()) else {
-                    images.push(None);
-                    continue;
-                };
-                let image = match decoded.get(&bytes.as_ptr()) {
-                    Some(image) => image.clone(),
-                    None => Arc::new(decode(path, bytes)?),
-                };
-                decoded.insert(bytes.as_ptr(), image.clone());
-                images.push(Some(image));
-            }
-            if images.iter().all(Option::is_none) {
-                let list = |names: &mut dyn Iterator<Item = &String>| {
-                    names.map(String::as_str).collect::<Vec<_>>().join(", ")
-                };
-                return Err(Error::mismatch(format!(
-                    "{}: has images for the materials {}, but the rig's are {}; give the image itself",
-                    path.display(),
-                    list(&mut found.iter().map(|(name, _)| name)),
-                    if names.is_empty() { "none".to_owned() } else { list(&mut names.iter()) }
-                )));
-            }
-            (materials, images)
+        Some(path) => {
+            let found = materials.insert(Cow::Owned(of_file(path, of_rig, args)?));
+            pictures(found)?
         }
+        None => {
+            let found = materials.insert(Cow::Borrowed(of_rig.ok_or_else(|| {
+                Error::rig_lacks(format!(
+                    "{}: has no materials, which --show textured shows; say with --texture FILE which image, or solve it again \
+                     of a neutral that has materials",
+                    args.rig.display()
+                ))
+            })?));
+            pictures(found).map_err(|error| error.in_file(args.rig.display()))?
+        }
+    };
+    let needs_uvs = match &materials {
+        Some(materials) => materials.list.iter().any(|material| material.stated.texture.is_some()),
+        None => true,
+    };
+    let uvs = match &rig.surface().uvs {
+        Some(uvs) => Cow::Borrowed(uvs),
+        None if needs_uvs => {
+            return Err(Error::rig_lacks(format!(
+                "{}: has no texture coordinates, which --show textured needs; solve it again of a neutral that has them (vt in .obj, \
+                 TEXCOORD_0 in glTF)",
+                args.rig.display()
+            )));
+        }
+        // Colours alone are the same everywhere.
+        None => Cow::Owned(Uvs { values: vec![[0.0; 2]; rig.vertices()], corners: None }),
     };
     renderer.set_textures(Surface {
         faces: &rig.surface().faces,
         triangles: &rig.surface().triangles,
-        uvs,
-        materials,
+        uvs: &uvs,
+        materials: materials.as_deref(),
         images: &images,
     })
+}
+
+fn is_image(path: &Path) -> bool {
+    let is = |ending: &std::ffi::OsStr| {
+        ["png", "jpg", "jpeg"].iter().any(|known| ending.eq_ignore_ascii_case(known))
+    };
+    path.extension().is_some_and(is)
+}
+
+/// The rig's materials with the looks of a file in the place of their own.
+fn of_file(path: &Path, of_rig: Option<&Materials>, args: &args::Render) -> Result<Materials> {
+    let looks = read_looks(path, args.reading.elsewhere.reach())?;
+    if looks.textures.is_empty() {
+        return Err(Error::empty(format!(
+            "{}: names no image for a material that can be read, expected map_Kd in the MTL of an OBJ, or a base colour texture \
+             in glTF or USD; name the image itself",
+            path.display()
+        )));
+    }
+    let mut materials = of_rig.cloned().unwrap_or_default();
+    for material in &mut materials.list {
+        *material = Material::new(&material.name);
+    }
+    looks.give_to(&mut materials);
+    if materials.textures.is_empty() {
+        let with_image = looks.materials.iter().filter(|material| material.stated.texture.is_some());
+        let of_file: Vec<&str> = with_image.map(|material| material.name.as_str()).collect();
+        let names: Vec<&str> = materials.names().collect();
+        return Err(Error::mismatch(format!(
+            "{}: has images for the materials {}, but the rig's are {}; give the image itself",
+            path.display(),
+            of_file.join(", "),
+            if names.is_empty() { "none".to_owned() } else { names.join(", ") }
+        )));
+    }
+    Ok(materials)
 }
 
 fn decode(path: &Path, bytes: &[u8]) -> Result<Picture> {

@@ -61,10 +61,10 @@ fn cases() -> Vec<(Animation, &'static str)> {
     triangle.triangle_corners = vec![[0, 1, 2]];
     let everything = with_everything(UvKind::PerCorner, 4, 21);
     let mut partly = everything.clone();
-    partly.materials = Some(Materials {
-        names: vec!["skin".into()],
-        of_face: (0..partly.faces.len()).map(|f| if f % 3 == 0 { 0 } else { Materials::NONE }).collect(),
-    });
+    partly.materials = Some(Materials::named(
+        ["skin"],
+        (0..partly.faces.len()).map(|f| if f % 3 == 0 { 0 } else { Materials::NONE }).collect(),
+    ));
     let mut still = with_everything(UvKind::None, 6, 22);
     still.frames = vec![still.frames[0].clone(); 6];
     vec![
@@ -115,7 +115,7 @@ fn write_expectation(folder: &Path, animation: &Animation, identifier: &str) {
         "rate": animation.rate,
         "first_time_code": animation.first_time_code,
         "with_normals": animation.with_normals,
-        "materials": animation.materials.as_ref().map(|m| json!({ "names": m.names, "of_face": m.of_face })),
+        "materials": animation.materials.as_ref().map(|m| json!({ "names": m.names().collect::<Vec<_>>(), "of_face": m.of_face })),
         "head": animation.head.as_ref().map(|head| {
             head.iter().map(|motion| json!([motion.rotation, motion.translation])).collect::<Vec<_>>()
         }),

@@ -89,7 +89,7 @@ fn names_and_extras_say_what_it_is() {
     animation.first_time_code = 9.0;
     animation.metres_per_unit = 0.001;
     let faces = animation.faces.len();
-    animation.materials = Some(Materials { names: vec!["epidermis".into()], of_face: vec![0; faces] });
+    animation.materials = Some(Materials::named(["epidermis"], vec![0; faces]));
     animation.export_with(&path, &Options::default()).unwrap();
     let viewer = Viewer::open(&path);
     let mesh = viewer.document.meshes().next().unwrap();

@@ -104,7 +104,7 @@ fn primitives_name_the_materials_of_their_faces() {
     document["meshes"][0]["primitives"] =
         json!([primitive(json!(3)), primitive(json!(1)), unnamed, primitive(json!(2)), primitive(json!(3))]);
     let materials = load(&document).materials.unwrap();
-    assert_eq!(materials.names, ["skin", "lips"]);
+    assert_eq!(materials.names().collect::<Vec<_>>(), ["skin", "lips"]);
     assert_eq!(materials.of_face, [0, 1, Materials::NONE, Materials::NONE, 0]);
 }
 

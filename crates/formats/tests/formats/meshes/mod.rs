@@ -6,6 +6,7 @@ mod gltf_compressed;
 mod gltf_targets;
 mod gltf_uvs;
 mod like;
+mod looks;
 mod obj;
 mod obj_round_trip;
 mod ply;

@@ -1,5 +1,5 @@
 use super::support::{corner_uvs, decode_with_warnings, polygons, refused};
-use rhytid_core::{Mesh, Uvs};
+use rhytid_core::{Materials, Mesh, Uvs};
 use rhytid_formats::mesh::{Format, decode};
 
 fn read(text: &str) -> Mesh {
@@ -189,7 +189,7 @@ fn names_that_are_not_utf_8_stay_apart() {
     let mut text = SQUARE.as_bytes().to_vec();
     text.extend(b"usemtl \xba\xc3\nf 1 2 3\nusemtl \xc4\xe3\nf 1 3 4\nusemtl \xba\xc3 # again\nf 1 2 4\n");
     let materials = decode(&text, Format::Obj, "face").unwrap().materials.unwrap();
-    assert_eq!((materials.names, materials.of_face), (vec!["%BA%C3".into(), "%C4%E3".into()], vec![0, 1, 0]));
+    assert_eq!(materials, Materials::named(["%BA%C3", "%C4%E3"], vec![0, 1, 0]));
 }
 
 #[test]

@@ -1,5 +1,5 @@
 use proptest::prelude::*;
-use rhytid_core::{Error, Faces, Materials, Mesh, Uvs};
+use rhytid_core::{Error, Faces, Material, Materials, Mesh, Uvs};
 use rhytid_formats::mesh::{Format, check, decode, read, write_obj};
 
 /// Any mesh that passes `check`, in the form in which it is read: corners only where they say something.
@@ -36,13 +36,13 @@ fn meshes() -> impl Strategy<Value = Mesh> {
                     continue;
                 }
                 let name = format!("skin {}", polygon[0].1 % 3);
-                let index = materials.names.iter().position(|n| *n == name).unwrap_or_else(|| {
-                    materials.names.push(name);
-                    materials.names.len() - 1
+                let index = materials.names().position(|n| n == name).unwrap_or_else(|| {
+                    materials.list.push(Material::new(name));
+                    materials.list.len() - 1
                 });
                 materials.of_face.push(index as u32);
             }
-            let materials = (!materials.names.is_empty()).then_some(materials);
+            let materials = (!materials.list.is_empty()).then_some(materials);
             let uvs = match kind {
                 0 => None,
                 1 => Some(Uvs { values, corners: None }),

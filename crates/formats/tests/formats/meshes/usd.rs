@@ -70,7 +70,8 @@ fn meshes_are_as_usd_reads_them() {
             [[0.0, 0.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0], [0.0, 1.0], [1.0, 1.0]]
         );
         let materials = face.materials.unwrap();
-        assert_eq!((materials.names, materials.of_face), (vec!["skin".into(), "lip".into()], vec![0, 1]));
+        assert_eq!(materials.names().collect::<Vec<_>>(), ["skin", "lip"]);
+        assert_eq!(materials.of_face, [0, 1]);
         let said = message(read_file(&file("looks"), &prim("/root/fac"), false).map(|_| ()));
         assert!(
             said.contains("no mesh at the prim /root/fac or below it, found /root/face, /root/wide"),
