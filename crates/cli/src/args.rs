@@ -38,7 +38,9 @@ pub(crate) use skin::SkinLight;
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
 use values::parse_rate;
-pub(crate) use values::{Elsewhere, HeadChoice, Json, ShapesChoice, StageChoice, UnitChoice};
+pub(crate) use values::{
+    Elsewhere, HeadChoice, Json, MaterialsChoice, ShapesChoice, StageChoice, TexturesChoice, UnitChoice,
+};
 #[cfg(feature = "view")]
 pub(crate) use view::View;
 
@@ -442,6 +444,18 @@ pub(crate) struct ExportShapes {
     /// Leave the normals out.
     #[arg(long)]
     pub no_normals: bool,
+
+    /// Where the textures of materials are [default: embed for .glb and .usdz, else copy].
+    #[arg(long, value_enum)]
+    pub textures: Option<TexturesChoice>,
+
+    /// glTF: the most morph targets that the file may have [default: 256].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub targets: Option<u16>,
+
+    /// glTF: how materials are kept apart.
+    #[arg(long, value_enum, default_value_t = MaterialsChoice::Each)]
+    pub materials: MaterialsChoice,
 
     /// glTF: also more than 256 shapes or 1 GiB.
     #[arg(long)]

@@ -36,7 +36,7 @@ fn take_with_head(f: &Fixture) -> String {
 }
 
 /// Every format, and all options that it has.
-const EXPORTS: [&str; 20] = [
+const EXPORTS: [&str; 22] = [
     "face.usd",
     "face.usd --velocities --no-normals",
     "face.usda --velocities",
@@ -56,6 +56,8 @@ const EXPORTS: [&str; 20] = [
     "face.gltf --strain --quantize --meshopt",
     "face.glb --strain --compressed --no-normals",
     "face.glb --strain --shapes 9",
+    "face.glb --strain --vertex-ids --targets 20 --textures copy",
+    "face.gltf --compressed --materials one",
     "face.usda --shapes 9 --strain-curves curves.csv",
 ];
 

@@ -42,7 +42,11 @@ impl Shape {
                 Some(Uvs { corners: None, .. }) => "vertex",
                 Some(Uvs { corners: Some(_), .. }) => "corner",
             },
-            materials: mesh.materials.as_ref().map(|materials| materials.names().map(str::to_owned).collect()).unwrap_or_default(),
+            materials: mesh
+                .materials
+                .as_ref()
+                .map(|materials| materials.names().map(str::to_owned).collect())
+                .unwrap_or_default(),
             bounds: mesh.bounds().map(Bounds::from),
         }
     }
