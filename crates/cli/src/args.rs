@@ -42,7 +42,9 @@ pub(crate) use skin::SkinLight;
 pub(crate) use solve::{Demo, Doctor, Solve};
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
-pub(crate) use values::{Elsewhere, HeadChoice, Json, ShapesChoice, StageChoice, UnitChoice};
+pub(crate) use values::{
+    Elsewhere, HeadChoice, Json, MaterialsChoice, ShapesChoice, StageChoice, TexturesChoice, UnitChoice,
+};
 #[cfg(feature = "view")]
 pub(crate) use view::View;
 pub(crate) use written::{ExportShapes, Stitch, Verify};

@@ -39,6 +39,7 @@ fn words(remedy: Remedy) -> Option<&'static str> {
         Remedy::Quantize => "--quantize",
         Remedy::DoNotQuantize => "--quantize, which is to be left out",
         Remedy::Meshopt => "--meshopt",
+        Remedy::MostTargets => "--targets N",
         Remedy::Force => "--force",
         Remedy::NoShapes => "--shapes, which is to be left out",
         Remedy::NoRefinement => "--refine, which is to be left out",

@@ -30,6 +30,8 @@ listed! {
         DoNotQuantize,
         /// Pack the numbers with meshopt.
         Meshopt,
+        /// Say how many morph targets a file may have.
+        MostTargets,
         /// Go beyond what viewers are made for.
         Force,
         /// Write frames, and no shapes with curves.

@@ -67,21 +67,45 @@ impl Companion {
     /// Gives the companion its name and then runs `main`, which finishes the file that names it. At the end,
     /// removes older companions of that file that no file names any more.
     pub fn finish<T>(self, main: impl FnOnce() -> Result<T>) -> Result<T> {
-        let path = self.path();
-        // The lock makes two writers of one name take turns. Where folders cannot be locked, the later writer
-        // may leave the companion of the other behind.
-        let _lock = File::open(folder_of(&path)).and_then(|folder| folder.lock().map(|()| folder));
-        let was_there = path.exists();
-        self.file.finish_as(&path)?;
-        let done = main().inspect_err(|_| {
-            if !was_there {
-                // If the removal fails too, a file that nobody needs stays behind: the lesser fault.
-                let _ = std::fs::remove_file(&path);
-            }
-        })?;
-        remove_unnamed(&self.main, self.kind);
-        Ok(done)
+        finish_all(vec![self], main)
     }
+}
+
+/// As [`Companion::finish`] for all companions of one file, which may be of several kinds. Without any, it just
+/// runs `main`.
+pub fn finish_all<T>(companions: Vec<Companion>, main: impl FnOnce() -> Result<T>) -> Result<T> {
+    let Some(first) = companions.first() else { return main() };
+    let (path, folder) = (first.main.clone(), folder_of(&first.main).to_owned());
+    let mut kinds: Vec<&'static Kind> = Vec::new();
+    for companion in &companions {
+        if kinds.iter().all(|kind| !std::ptr::eq(*kind, companion.kind)) {
+            kinds.push(companion.kind);
+        }
+    }
+    // The lock makes two writers of one name take turns. Where folders cannot be locked, the later writer may
+    // leave the companions of the other behind.
+    let _lock = File::open(folder).and_then(|folder| folder.lock().map(|()| folder));
+    let mut new = Vec::new();
+    let mut named = Ok(());
+    for companion in companions {
+        let path = companion.path();
+        let was_there = path.exists();
+        named = companion.file.finish_as(&path);
+        if named.is_err() {
+            break;
+        }
+        new.extend((!was_there).then_some(path));
+    }
+    let done = named.and_then(|()| main()).inspect_err(|_| {
+        for path in &new {
+            // If the removal fails too, a file that nobody needs stays behind: the lesser fault.
+            let _ = std::fs::remove_file(path);
+        }
+    })?;
+    for kind in kinds {
+        remove_unnamed(&path, kind);
+    }
+    Ok(done)
 }
 
 /// The name of the companion with this hash.
@@ -176,6 +200,44 @@ mod tests {
         std::fs::remove_file(at("renamed.gltf")).unwrap();
         write(&main, "third");
         assert_eq!(names(folder.path()).len(), kept + 2);
+    }
+
+    #[test]
+    fn several_of_several_kinds_appear_together_or_not_at_all() {
+        static IMAGE: Kind =
+            Kind { extension: "png", namers: &["gltf"], names: |path| std::fs::read(path).ok() };
+        let folder = tempfile::tempdir().unwrap();
+        let main = folder.path().join("face.gltf");
+        let write = |texts: &[(&'static Kind, &str)], works: bool| {
+            let (mut companions, mut text) = (Vec::new(), String::new());
+            for (kind, content) in texts {
+                let mut companion = Companion::create(&main, kind).unwrap();
+                companion.write(content.as_bytes()).unwrap();
+                text += companion.path().file_name().unwrap().to_str().unwrap();
+                companions.push(companion);
+            }
+            let finish = || {
+                if works {
+                    std::fs::write(&main, &text).map_err(Error::io(&main))
+                } else {
+                    Err(Error::bad_path("no"))
+                }
+            };
+            assert_eq!(finish_all(companions, finish).is_ok(), works);
+        };
+        let all = [(&KIND, "numbers"), (&IMAGE, "skin"), (&IMAGE, "teeth")];
+        write(&all, false);
+        assert_eq!(names(folder.path()), [""; 0]);
+        write(&all, true);
+        let before = names(folder.path());
+        assert_eq!(before.len(), 4);
+        write(&[(&IMAGE, "lashes"), (&KIND, "numbers")], false);
+        assert_eq!(names(folder.path()), before);
+        // What is not named any more goes, of each kind that was written.
+        write(&[(&IMAGE, "skin"), (&KIND, "other numbers")], true);
+        let after = names(folder.path());
+        assert_eq!(after.len(), 3);
+        assert_eq!(after.iter().filter(|name| before.contains(name)).count(), 2);
     }
 
     #[test]

@@ -26,7 +26,7 @@ mod shapes;
 
 pub use exporter::{Deviation, Exporter, Written};
 pub use frame::Frame;
-pub use options::Options;
+pub use options::{Options, TextureFiles};
 pub use reader::{AnimationReader, StatedError, Summary};
 pub use recipe::{
     ChannelChoice, Gains, HeadMotion, OutputStage, Recipe, StatedRecipe, Treatment, WrinkleGroup,

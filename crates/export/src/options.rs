@@ -14,6 +14,31 @@ pub struct Options {
     pub quantize: bool,
     /// glTF: compressed buffers (EXT_meshopt_compression).
     pub meshopt: bool,
-    /// glTF: allows more than 256 targets or 1 GiB.
+    /// glTF: the largest number of morph targets, at least 1; `None` for 256.
+    pub most_targets: Option<usize>,
+    /// glTF: allows more than 1 GiB, and more than 256 targets unless `most_targets` is given.
     pub force: bool,
+    /// glTF: the attribute `_VERTEX_ID`, each vertex's number in the neutral.
+    pub vertex_ids: bool,
+    /// glTF: one primitive with one material, instead of one for each material.
+    pub one_material: bool,
+    /// The name of the animation, such as that of the take; `None` for the mesh's name.
+    pub clip: Option<String>,
+    /// What becomes of the textures of materials; `None` for what suits the format: [`TextureFiles::Embed`] in
+    /// `.glb` and `.usdz`, else [`TextureFiles::Copy`].
+    pub textures: Option<TextureFiles>,
+}
+
+/// What becomes of the textures of materials.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TextureFiles {
+    /// Copies beside the file, with the hash of their content in their names.
+    Copy,
+    /// Inside the file.
+    Embed,
+    /// The input's own files, by the paths that the input names. A texture without a file of its own is
+    /// embedded, with a warning.
+    Refer,
+    /// No textures.
+    None,
 }

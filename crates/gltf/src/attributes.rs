@@ -1,8 +1,8 @@
 //! Channels in glTF: application-specific attributes on the mesh and on its targets. The crate `gltf` knows
 //! such attributes on meshes alone.
 //!
-//! Each attribute is a VEC3. Programs import two attributes of different width wrongly, and viewers morph
-//! three numbers like colours. So channels of one number are packed three to an attribute, and the scene's
+//! Each attribute is a VEC3. Blender's importer takes the attributes in the random order of a set, and fails on
+//! two of different width if that order is not the file's. Viewers morph three numbers like colours. So channels of one number are packed three to an attribute, and the scene's
 //! extras say where each channel is.
 
 use rhytid_core::ChannelKind;
@@ -17,6 +17,9 @@ const STRAIN: &str = "_STRAIN";
 
 /// The directions of the first strains.
 const DIRECTION: &str = "_STRAIN_DIRECTION";
+
+/// Each vertex's number in the neutral, without the `_` in front. The number is the first of three.
+pub(super) const VERTEX_ID: &str = "VERTEX_ID";
 
 /// Whether glTF has a place for these channels.
 pub fn carries(kind: ChannelKind) -> bool {
@@ -158,12 +161,15 @@ pub(super) struct Stated {
 /// The further attributes of targets: an accessor by the name of its attribute.
 pub(super) type Extras = Vec<(String, u32)>;
 
-/// Adds accessors to the targets of the only mesh of a document.
+/// Adds accessors to the targets of each primitive of the only mesh of a document.
 pub(super) fn add_to_targets(document: &mut Value, extras: &[Extras]) {
-    let targets = document.pointer_mut("/meshes/0/primitives/0/targets").and_then(Value::as_array_mut);
-    for (target, extras) in targets.into_iter().flatten().zip(extras) {
-        for (name, accessor) in extras {
-            target[name] = (*accessor).into();
+    let primitives = document.pointer_mut("/meshes/0/primitives").and_then(Value::as_array_mut);
+    for primitive in primitives.into_iter().flatten() {
+        let targets = primitive.get_mut("targets").and_then(Value::as_array_mut);
+        for (target, extras) in targets.into_iter().flatten().zip(extras) {
+            for (name, accessor) in extras {
+                target[name] = (*accessor).into();
+            }
         }
     }
 }

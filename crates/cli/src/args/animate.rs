@@ -4,7 +4,7 @@ use super::channels::Channels;
 use super::fine_detail::FineDetail;
 use super::live::{FramesChoice, Listen};
 use super::placing::TakeReading;
-use super::values::{HeadChoice, Json, parse_millimetres, parse_rate};
+use super::values::{HeadChoice, Json, MaterialsChoice, TexturesChoice, parse_millimetres, parse_rate};
 use super::{DEVICE, GLTF, INPUT, OUTPUT, QUALITY, SIDE_FILES};
 use rhytid::formats::export::WrinkleGroup;
 use std::path::PathBuf;
@@ -48,6 +48,10 @@ pub(crate) struct Animate {
     /// What becomes of the head's motion.
     #[arg(long, value_enum, default_value_t = HeadChoice::Keep, help_heading = OUTPUT)]
     pub head: HeadChoice,
+
+    /// Where the textures of materials are [default: embed for .glb and .usdz, else copy].
+    #[arg(long, value_enum, hide_short_help = true, help_heading = OUTPUT)]
+    pub textures: Option<TexturesChoice>,
 
     #[command(flatten)]
     pub channels: Channels,
@@ -116,15 +120,31 @@ pub(crate) struct Animate {
     #[arg(long, value_name = "MM", default_value_t = 0.1, requires = "compressed", value_parser = parse_millimetres, help_heading = GLTF)]
     pub max_error: f64,
 
-    /// Numbers of 8 and 16 bits (KHR_mesh_quantization).
+    /// The most morph targets that the file may have, for the program that opens it [default: 256].
+    ///
+    /// Some game engines show 64. With --compressed, more than N are an error: raise --max-error.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = GLTF)]
+    pub targets: Option<u16>,
+
+    /// Numbers of 8 and 16 bits (KHR_mesh_quantization), for Blender, three.js and Babylon.js.
+    ///
+    /// Many other programs do not read them; docs/export.md lists them.
     #[arg(long, help_heading = GLTF)]
     pub quantize: bool,
 
-    /// Compressed buffers (EXT_meshopt_compression).
+    /// Compressed buffers (EXT_meshopt_compression), for three.js and Babylon.js.
     ///
-    /// three.js and Babylon.js read them, Blender does not.
+    /// Blender does not read them.
     #[arg(long, help_heading = GLTF)]
     pub meshopt: bool,
+
+    /// How materials are kept apart.
+    #[arg(long, value_enum, default_value_t = MaterialsChoice::Each, hide_short_help = true, help_heading = GLTF)]
+    pub materials: MaterialsChoice,
+
+    /// Also write each vertex's number in the neutral, as the attribute _VERTEX_ID.
+    #[arg(long, hide_short_help = true, help_heading = GLTF)]
+    pub vertex_ids: bool,
 
     /// The device to evaluate on, as `rhytid devices` names it.
     ///

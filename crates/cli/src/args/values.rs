@@ -5,7 +5,7 @@ use clap::ValueEnum;
 use rhytid::BasisStorage;
 use rhytid::core::{LengthUnit, Method};
 use rhytid::formats::Reach;
-use rhytid::formats::export::{HeadMotion, OutputStage};
+use rhytid::formats::export::{HeadMotion, OutputStage, TextureFiles};
 use rhytid::formats::project::Units;
 use rhytid::playback::FrameRange;
 use serde::Deserialize;
@@ -87,6 +87,40 @@ impl From<MethodChoice> for Method {
         match choice {
             MethodChoice::Learned => Self::default(),
             MethodChoice::Chapter => Self::Chapter,
+        }
+    }
+}
+
+/// `--materials`
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub enum MaterialsChoice {
+    /// A primitive for each material, over the same vertices.
+    #[default]
+    Each,
+    /// One primitive with one material, for viewers that keep the morph targets once for each primitive.
+    One,
+}
+
+/// `--textures`
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum TexturesChoice {
+    /// Copies beside the file, with a hash in their names.
+    Copy,
+    /// Inside the file.
+    Embed,
+    /// The files of the neutral, by the paths that it names.
+    Refer,
+    /// No textures.
+    None,
+}
+
+impl From<TexturesChoice> for TextureFiles {
+    fn from(choice: TexturesChoice) -> Self {
+        match choice {
+            TexturesChoice::Copy => Self::Copy,
+            TexturesChoice::Embed => Self::Embed,
+            TexturesChoice::Refer => Self::Refer,
+            TexturesChoice::None => Self::None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The flags of commands that write further files of a rig, and that check what was written.
 
 use super::placing::TakeSpace;
-use super::values::{Elsewhere, Json};
+use super::values::{Elsewhere, Json, MaterialsChoice, TexturesChoice};
 use std::path::PathBuf;
 
 /// `rhytid stitch`
@@ -37,6 +37,18 @@ pub(crate) struct ExportShapes {
     /// Leave the normals out.
     #[arg(long)]
     pub no_normals: bool,
+
+    /// Where the textures of materials are [default: embed for .glb and .usdz, else copy].
+    #[arg(long, value_enum)]
+    pub textures: Option<TexturesChoice>,
+
+    /// glTF: the most morph targets that the file may have [default: 256].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]
+    pub targets: Option<u16>,
+
+    /// glTF: how materials are kept apart.
+    #[arg(long, value_enum, default_value_t = MaterialsChoice::Each)]
+    pub materials: MaterialsChoice,
 
     /// glTF: also more than 256 shapes or 1 GiB.
     #[arg(long)]

@@ -2,7 +2,7 @@
 
 use super::listen;
 use super::masks::{self, Masks};
-use crate::args::{FramesChoice, HeadChoice};
+use crate::args::{FramesChoice, HeadChoice, MaterialsChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::capture;
@@ -259,9 +259,20 @@ fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options
         max_error: args.compressed.then_some(args.max_error * 1e-3 / metres_per_unit),
         quantize: args.quantize,
         meshopt: args.meshopt,
+        most_targets: args.targets.map(usize::from),
         force: args.reading.force,
         shapes: args.reading.shapes_to_write(),
+        vertex_ids: args.vertex_ids,
+        one_material: args.materials == MaterialsChoice::One,
+        clip: take_name(args),
+        textures: args.textures.map(Into::into),
     }
+}
+
+/// The name of the take, which the animation has: that of its file.
+fn take_name(args: &args::Animate) -> Option<String> {
+    let file = args.take.as_ref().or(args.live.record.as_ref())?;
+    file.file_stem().map(|stem| stem.to_string_lossy().into_owned())
 }
 
 fn warn_head_left_out(args: &args::Animate, format: Format, take: &Take) {
@@ -400,6 +411,9 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         (args.compressed, "--compressed"),
         (args.quantize, "--quantize"),
         (args.meshopt, "--meshopt"),
+        (args.targets.is_some(), "--targets"),
+        (args.vertex_ids, "--vertex-ids"),
+        (args.materials != MaterialsChoice::default(), "--materials"),
         (args.reading.force && !is_raw, "--force"),
     ];
     if args.compressed && args.reading.shapes_to_write().is_some() {
@@ -423,7 +437,8 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         )));
     }
     const GLTF: &str = "glTF (.glb or .gltf)";
-    let for_both = [(args.reading.shapes_to_write().is_some(), "--shapes")];
+    let for_both =
+        [(args.reading.shapes_to_write().is_some(), "--shapes"), (args.textures.is_some(), "--textures")];
     let of_others = match format {
         Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
         Format::Glb | Format::Gltf => Vec::new(),

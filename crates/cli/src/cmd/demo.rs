@@ -179,6 +179,10 @@ fn animate(
         max_error: 0.1,
         quantize: false,
         meshopt: false,
+        textures: None,
+        targets: None,
+        materials: args::MaterialsChoice::default(),
+        vertex_ids: false,
         json: args::Json::default(),
     };
     let done = animate::animate(&job, ui)?;

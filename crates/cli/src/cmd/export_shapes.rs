@@ -1,14 +1,15 @@
 //! `rhytid export-shapes`
 
+use crate::args::MaterialsChoice;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::Result;
 use rhytid::core::human;
 use rhytid::core::{AtomicFile, rig_file};
 use rhytid::formats::animation::{self, Format};
 use rhytid::formats::export::{self, Shapes, StatedRecipe};
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::playback::{Playback, handle_shapes};
+use rhytid::{Error, Result};
 
 /// Writes the shapes and says what was done.
 ///
@@ -17,12 +18,18 @@ use rhytid::playback::{Playback, handle_shapes};
 /// [`rhytid::Error::Device`]; [`rhytid::Error::Cancelled`].
 pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
     inputs::expect(&args.rig, &[FileKind::Rig], "rhytid export-shapes RIG -o OUT.glb")?;
-    Format::from_extension(&args.output)?;
+    check_options(args)?;
     refuse_inputs(&[&args.output], [&*args.rig])?;
     drop(AtomicFile::create(&args.output)?);
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
-    let options = export::Options { force: args.force, ..export::Options::default() };
+    let options = export::Options {
+        most_targets: args.targets.map(usize::from),
+        one_material: args.materials == MaterialsChoice::One,
+        force: args.force,
+        textures: args.textures.map(Into::into),
+        ..export::Options::default()
+    };
     let columns = if args.handles { 3 * rig.handles().len() } else { 0 };
     animation::check_shapes(&args.output, rig.examples().names.len() + columns, &options)?;
     let recipe = StatedRecipe::of_shapes(&rig_file::hash(&args.rig)?);
@@ -68,4 +75,22 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
             human::bytes(written.bytes)
         )
     })
+}
+
+/// An option that the format would ignore is a mistake.
+fn check_options(args: &args::ExportShapes) -> Result<()> {
+    if matches!(Format::from_extension(&args.output)?, Format::Glb | Format::Gltf) {
+        return Ok(());
+    }
+    let given = [
+        (args.targets.is_some(), "--targets"),
+        (args.materials != MaterialsChoice::default(), "--materials"),
+    ];
+    match given.into_iter().find(|(given, _)| *given) {
+        Some((_, option)) => Err(Error::conflict(format!(
+            "{}: {option} is for glTF (.glb or .gltf); leave it out, or choose such a file",
+            args.output.display()
+        ))),
+        None => Ok(()),
+    }
 }

@@ -36,7 +36,7 @@ fn take_with_head(f: &Fixture) -> String {
 }
 
 /// Every format, and all options that it has.
-const EXPORTS: [&str; 20] = [
+const EXPORTS: [&str; 22] = [
     "face.usd",
     "face.usd --velocities --no-normals",
     "face.usda --velocities",
@@ -56,6 +56,8 @@ const EXPORTS: [&str; 20] = [
     "face.gltf --strain --quantize --meshopt",
     "face.glb --strain --compressed --no-normals",
     "face.glb --strain --shapes 9",
+    "face.glb --strain --vertex-ids --targets 20 --textures copy",
+    "face.gltf --compressed --materials one",
     "face.usda --shapes 9 --strain-curves curves.csv",
 ];
 
@@ -166,9 +168,23 @@ fn verify_refuses_what_cannot_be_compared() {
 fn options_of_another_format_are_refused() {
     let f = solved();
     let animate = "animate face.safetensors take.csv -o out/face";
-    for option in ["--compressed", "--quantize", "--meshopt", "--force"] {
-        f.refused(&format!("{animate}.usd {option}"), &["out/face.usd", option, ".glb"]);
+    for option in [
+        "--compressed",
+        "--quantize",
+        "--meshopt",
+        "--force",
+        "--targets 64",
+        "--vertex-ids",
+        "--materials one",
+    ] {
+        let name = option.split(' ').next().unwrap();
+        f.refused(&format!("{animate}.usd {option}"), &["out/face.usd", name, ".glb"]);
     }
+    f.refused(&format!("{animate}.pc2 --textures none"), &["out/face.pc2", "--textures", "glTF"]);
+    f.refused(
+        &format!("{animate}.glb --targets 19"),
+        &["20 frames", "limit of 19 morph targets", "--targets"],
+    );
     f.refused(&format!("{animate}.glb --velocities"), &["out/face.glb", "--velocities", ".usd"]);
     let output = f.rhytid(&format!("{animate}.glb --max-error 1")).output().unwrap();
     assert_eq!(output.status.code(), Some(2));

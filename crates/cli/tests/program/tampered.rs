@@ -346,9 +346,16 @@ fn every_fault_of_a_gltf_file_is_found() {
         let mut paths = Vec::new();
         leaves(&sound, "", &mut paths);
         for path in paths {
-            // The program and its version, the use of a view, the names of targets, and the recipe, which has
-            // checks of its own. Two vertices may have the same error.
-            let harmless = ["/asset/generator", "/target", "/targetNames/", "/rhytid/", "/error/vertex"];
+            // The program and its version, the use of a view, the names of targets and of the take, and the
+            // recipe, which has checks of its own. Two vertices may have the same error.
+            let harmless = [
+                "/asset/generator",
+                "/target",
+                "/targetNames/",
+                "/animations/0/name",
+                "/rhytid/",
+                "/error/vertex",
+            ];
             if harmless.iter().any(|word| path.contains(word)) && !path.contains("/channels/") {
                 continue;
             }
@@ -375,7 +382,7 @@ fn every_fault_of_a_gltf_file_is_found() {
             ("/nodes/0", json!({"weights": [1.0, 1.0, 1.0, 1.0]})),
             ("/nodes/0", json!({"translation": [0.1, 0.0, 0.0]})),
             ("/nodes/0", json!({"rotation": [0.0, 1.0, 0.0, 0.0]})),
-            ("/meshes/0", json!({"weights": [1.0, 0.0, 0.0, 0.0]})),
+            ("/meshes/0", json!({"weights": [0.0, 1.0, 0.0, 0.0]})),
             ("/materials/0", json!({"alphaMode": "BLEND"})),
             ("/materials/0", json!({"emissiveFactor": [1.0, 1.0, 1.0]})),
             ("", json!({"cameras": [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]})),

@@ -37,6 +37,19 @@ impl Arrays {
         Ok(vectors.into_iter().map(|v| v.map(|x| (x / largest).max(-1.0))).collect())
     }
 
+    /// How many elements accessor `index` announces.
+    pub(super) fn count(&self, index: usize) -> Result<u64> {
+        Ok(self.accessor(index)?.count.0)
+    }
+
+    /// The vertices' numbers in accessor `index`: single numbers in older files, else the first of three.
+    pub(super) fn vertex_ids(&mut self, index: usize) -> Result<Vec<f64>> {
+        if self.accessor(index)?.type_ == Valid(Type::Scalar) {
+            return Ok(self.vectors::<1>(index)?.into_flattened());
+        }
+        Ok(self.vectors::<3>(index)?.into_iter().map(|[id, _, _]| id).collect())
+    }
+
     /// The elements of accessor `index`, `count` integers.
     pub(super) fn indices(&mut self, index: usize) -> Result<Vec<u32>> {
         let integers = self.vectors::<1>(index)?;
@@ -113,6 +126,11 @@ impl Arrays {
         accessors
             .get(index)
             .ok_or_else(|| self.fault(index, &format!("does not exist, expected one of {}", accessors.len())))
+    }
+
+    /// The bytes of buffer view `index`, unfolded.
+    pub(super) fn bytes(&mut self, index: usize) -> Result<Vec<u8>> {
+        Ok(self.view(index)?.0)
     }
 
     /// The bytes of buffer view `index`, unfolded, and its stride if it has one.

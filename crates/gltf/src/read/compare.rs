@@ -4,13 +4,13 @@
 //! The expected JSON is the file's own, with everything in it that the scene decides.
 
 use super::arrays::Arrays;
-use super::layout::Layout;
+use super::layout::{Layout, Originals};
 use crate::attributes::{self, Accessors, Extras};
-use crate::write::{About, Placement, Surface, extensions, head_node, placed, skin};
+use crate::write::{About, Looks, Placement, Surface, extensions, head_node, placed};
 use ::gltf::json::accessor::{Accessor, ComponentType};
 use ::gltf::json::mesh::{Mesh, MorphTarget, Primitive, Semantic};
 use ::gltf::json::validation::Checked::Valid;
-use ::gltf::json::{Asset, Index, Node, Root, Scene as JsonScene};
+use ::gltf::json::{Asset, Image, Index, Node, Root, Scene as JsonScene};
 use rhytid_core::{Error, Result};
 use rhytid_export::Scene;
 use serde_json::Value;
@@ -19,7 +19,9 @@ use serde_json::Value;
 const OF_UVS: f64 = 1.0 / 65_535.0;
 
 /// The keys of a scene's extras.
-const EXTRAS: [&str; 11] = [
+const EXTRAS: [&str; 13] = [
+    "vertices",
+    "copies",
     "metresPerUnit",
     "upAxis",
     "rhytid",
@@ -34,7 +36,7 @@ const EXTRAS: [&str; 11] = [
 ];
 
 /// `json` is the text of the file's JSON, and `targets` are the accessors of its targets' own attributes.
-/// `first` are the weights of the first frame, if the frames are sums of few shapes: the mesh has them, too.
+/// `first` are the weights of the first frame, if there are targets: the mesh has them, too.
 pub(super) fn differences(
     arrays: &mut Arrays,
     json: &[u8],
@@ -45,7 +47,9 @@ pub(super) fn differences(
 ) -> Result<Vec<String>> {
     let broken = |e: serde_json::Error| Error::Internal(format!("JSON that was read before: {e}"));
     let found: Value = serde_json::from_slice(json).map_err(broken)?;
-    let mut expected = serde_json::to_value(expected(&arrays.root, first, scene)).map_err(broken)?;
+    let surface = expected_surface(&arrays.root, scene);
+    let looks = Looks::new(scene, &surface, !arrays.root.images.is_empty());
+    let mut expected = serde_json::to_value(expected(&arrays.root, first, scene, &looks)?).map_err(broken)?;
     let own = |target: &Accessors| -> Extras {
         target.iter().map(|(name, accessor)| (name.clone(), *accessor as u32)).collect()
     };
@@ -56,14 +60,15 @@ pub(super) fn differences(
         let unknown = extras.keys().filter(|key| !EXTRAS.contains(&key.as_str()));
         differences.extend(unknown.map(|key| format!("scenes/0/extras/{key}: is there, expected none")));
     }
-    surface(arrays, layout, scene, &mut differences)?;
+    triangles_and_uvs(arrays, layout, &surface, &mut differences)?;
+    images(arrays, &looks, &mut differences)?;
     bounds(arrays, layout, &mut differences)?;
     views(&arrays.root, &mut differences);
     Ok(differences)
 }
 
 /// The file's document, with everything that the scene decides.
-fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>) -> Root {
+fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>, looks: &Looks) -> Result<Root> {
     let about = About::new(scene);
     let is_integer = |accessor: Index<Accessor>| {
         let accessor = found.accessors.get(accessor.value()).map(|accessor| accessor.component_type);
@@ -96,7 +101,8 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>) -> Root {
         _ => false,
     };
     let plain = |target: &MorphTarget| MorphTarget { tangents: None, ..target.clone() };
-    let primitives = primitive.map(|primitive| Primitive {
+    // All primitives share what the first one has, and each has triangles of its own.
+    let shared = primitive.map(|primitive| Primitive {
         attributes: primitive
             .attributes
             .iter()
@@ -105,15 +111,23 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>) -> Root {
             .collect(),
         extensions: None,
         extras: None,
-        indices: primitive.indices,
-        material: Some(Index::new(0)),
+        indices: None,
+        material: None,
         mode: Valid(::gltf::json::mesh::Mode::Triangles),
         targets: primitive.targets.as_ref().map(|targets| targets.iter().map(plain).collect()),
     });
+    let mut primitives = Vec::new();
+    for found in mesh.map_or(&[][..], |mesh| &mesh.primitives) {
+        let material = Some(Index::new(primitives.len() as u32));
+        primitives.extend(shared.clone().map(|shared| Primitive {
+            indices: found.indices,
+            material,
+            ..shared
+        }));
+    }
     let mut animations = found.animations.clone();
     animations.truncate(1);
     for animation in &mut animations {
-        animation.name = Some(scene.name.to_owned());
         (animation.extensions, animation.extras) = (None, None);
         animation.channels.iter_mut().for_each(|channel| {
             (channel.extensions, channel.extras) = (None, None);
@@ -122,7 +136,14 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>) -> Root {
         animation.samplers.iter_mut().for_each(|sampler| (sampler.extensions, sampler.extras) = (None, None));
     }
     let extras = found.scenes.first().and_then(|scene| scene.extras.clone());
-    Root {
+    // An image may be inside, beside or elsewhere; what it shows is compared later.
+    let images = looks.images.iter().enumerate().map(|(i, image)| {
+        let found = found.images.get(i);
+        let (view, uri) =
+            (found.and_then(|found| found.buffer_view), found.and_then(|found| found.uri.clone()));
+        Image { buffer_view: view, uri, ..image.json() }
+    });
+    Ok(Root {
         asset: Asset { version: "2.0".into(), generator: found.asset.generator.clone(), ..Asset::default() },
         scene: Some(Index::new(0)),
         scenes: vec![JsonScene { extensions: None, extras, name: None, nodes: vec![root] }],
@@ -131,10 +152,12 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>) -> Root {
             extensions: None,
             extras: mesh.and_then(|mesh| mesh.extras.clone()),
             name: Some(scene.name.to_owned()),
-            primitives: primitives.into_iter().collect(),
+            primitives,
             weights: first,
         }],
-        materials: vec![skin(about.material().to_owned())],
+        materials: looks.materials()?,
+        textures: looks.textures(),
+        images: images.collect(),
         animations,
         buffers: found.buffers.clone(),
         buffer_views: found.buffer_views.clone(),
@@ -142,7 +165,13 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>) -> Root {
         extensions_used: extensions.clone(),
         extensions_required: extensions,
         ..Root::default()
-    }
+    })
+}
+
+/// The surface that an export writes: a part for each material, or a single one if the file has one.
+fn expected_surface(found: &Root, scene: &Scene<'_>) -> Surface {
+    let one_material = found.meshes.first().is_some_and(|mesh| mesh.primitives.len() == 1);
+    Surface::new(scene, one_material)
 }
 
 /// The node of the mesh. Integers are placed by the node, and are compared as positions.
@@ -194,19 +223,34 @@ fn compare(place: &str, found: &Value, expected: &Value, differences: &mut Vec<S
     }
 }
 
-/// The triangles, the numbers of the vertices, and the texture coordinates.
-fn surface(
+/// The triangles of each material, the copies of vertices, and the texture coordinates.
+fn triangles_and_uvs(
     arrays: &mut Arrays,
     layout: &Layout,
-    scene: &Scene<'_>,
+    expected: &Surface,
     differences: &mut Vec<String>,
 ) -> Result<()> {
-    let expected = Surface::new(scene.rest.len(), scene.faces, scene.triangle_corners, scene.uvs);
-    if arrays.indices(layout.indices)? != expected.indices {
-        differences.push("the triangles: are others".into());
+    if layout.indices.len() != expected.parts.len() {
+        differences.push(format!(
+            "meshes/0/primitives: are {}, expected {}, one for each material",
+            layout.indices.len(),
+            expected.parts.len()
+        ));
     }
-    let ids = arrays.vectors::<1>(layout.ids)?;
-    if !ids.iter().map(|[id]| *id).eq(expected.ids().map(f64::from)) {
+    for (i, (&indices, part)) in layout.indices.iter().zip(&expected.parts).enumerate() {
+        if arrays.indices(indices)? != part.indices {
+            differences.push(format!("meshes/0/primitives/{i}: the triangles are others"));
+        }
+    }
+    if let Some(Originals { vertices, copies }) = &layout.originals {
+        let copied = expected.copied().iter().map(|&vertex| vertex as usize);
+        if *vertices != expected.originals() || !copies.iter().copied().eq(copied) {
+            differences.push("scenes/0/extras/copies: are others".into());
+        }
+    }
+    if let Some(accessor) = layout.ids
+        && !arrays.vertex_ids(accessor)?.into_iter().eq(expected.ids().map(f64::from))
+    {
         differences.push("_VERTEX_ID: has other numbers".into());
     }
     match (layout.uvs, &expected.uvs) {
@@ -220,6 +264,25 @@ fn surface(
             if off > 0 || found.len() != expected.len() {
                 differences.push(format!("TEXCOORD_0: {off} texture coordinates are others"));
             }
+        }
+    }
+    Ok(())
+}
+
+/// The bytes of the images, inside the file or beside it. Images elsewhere are compared by their paths.
+fn images(arrays: &mut Arrays, looks: &Looks, differences: &mut Vec<String>) -> Result<()> {
+    for (i, expected) in looks.images.iter().enumerate() {
+        let Some(found) = arrays.root.images.get(i) else { continue };
+        let is_right = match (found.buffer_view, &found.uri) {
+            (Some(view), None) => arrays.bytes(view.value())? == *expected.bytes,
+            (None, Some(uri)) if Some(uri) == expected.path.as_ref() => true,
+            (None, Some(uri)) => {
+                arrays.source.beside(uri, expected.bytes.len() as u64) == Some(expected.bytes.to_vec())
+            }
+            _ => false,
+        };
+        if !is_right {
+            differences.push(format!("images/{i}: is not the texture {}", expected.name));
         }
     }
     Ok(())
@@ -272,7 +335,7 @@ fn bounds(arrays: &mut Arrays, layout: &Layout, differences: &mut Vec<String>) -
     Ok(())
 }
 
-/// Where the numbers stand: each accessor has a view of its own, one after the other.
+/// Where the numbers stand: each accessor has a view of its own, one after the other. So has each image inside.
 fn views(root: &Root, differences: &mut Vec<String>) {
     let sizes = |accessor: &Accessor| {
         let (Valid(component), Valid(kind)) = (accessor.component_type, accessor.type_) else { return None };
@@ -287,6 +350,10 @@ fn views(root: &Root, differences: &mut Vec<String>) {
         true
     };
     let mut are_own = true;
+    for view in root.images.iter().filter_map(|image| image.buffer_view) {
+        let length = root.buffer_views.get(view.value()).map_or(0, |view| view.byte_length.0);
+        are_own &= place(view, length as usize, 1);
+    }
     for (i, accessor) in root.accessors.iter().enumerate() {
         let Some((component, size)) = sizes(accessor) else { continue };
         let (stride, count) = (size.next_multiple_of(4), accessor.count.0 as usize);
@@ -309,6 +376,7 @@ fn views(root: &Root, differences: &mut Vec<String>) {
         differences.push("bufferViews: not each of them belongs to one accessor".into());
         return;
     }
+    let is_plain = root.buffer_views.iter().all(|view| view.extensions.is_none());
     let mut end = 0;
     for (i, (view, expected)) in root.buffer_views.iter().zip(expected).enumerate() {
         let (length, stride) = expected.unwrap_or_default();
@@ -317,14 +385,13 @@ fn views(root: &Root, differences: &mut Vec<String>) {
         if view.byte_length.0 != length as u64 || found_stride != is_of_vertices.then_some(stride) {
             differences.push(format!("bufferViews/{i}: has another length or stride than its numbers"));
         }
-        if view.extensions.is_none() {
+        if is_plain {
             if view.byte_offset.unwrap_or_default().0 != end {
                 differences.push(format!("bufferViews/{i}: begins somewhere else"));
             }
             end += (length as u64).next_multiple_of(4);
         }
     }
-    let is_plain = root.buffer_views.iter().all(|view| view.extensions.is_none());
     if is_plain && root.buffers.first().is_some_and(|buffer| buffer.byte_length.0 != end) {
         differences.push("buffers/0: has another length than its numbers".into());
     }

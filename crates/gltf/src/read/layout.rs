@@ -1,6 +1,6 @@
 //! The contents of the JSON: the place and the meaning of everything.
 
-use super::super::attributes::{Accessors, Attribute, Stated};
+use super::super::attributes::{self, Accessors, Attribute, Stated};
 use super::super::meshopt;
 use super::super::node::local_transform;
 use ::gltf::json::Root;
@@ -18,8 +18,13 @@ use std::f64::consts::FRAC_PI_2;
 /// Where the numbers are (as accessors), and what else a file says.
 pub(super) struct Layout {
     pub name: String,
-    pub indices: usize,
-    pub ids: usize,
+    /// The corners of the triangles of each primitive; at least one. All primitives have the same vertices.
+    pub indices: Vec<usize>,
+    /// The attribute with the vertices' numbers, if there is one.
+    pub ids: Option<usize>,
+    /// The number of vertices without copies, and for each copy the vertex that it copies. `None` in older
+    /// files, where the attribute says it.
+    pub originals: Option<Originals>,
     /// Texture coordinates.
     pub uvs: Option<usize>,
     /// What the mesh has besides positions and normals.
@@ -48,6 +53,12 @@ pub(super) struct Layout {
     pub recipe: Option<StatedRecipe>,
 }
 
+/// The vertices that are no copies, and those that copies copy.
+pub(super) struct Originals {
+    pub vertices: usize,
+    pub copies: Vec<usize>,
+}
+
 /// The scene's extras.
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
@@ -57,6 +68,12 @@ struct Extras {
     first_time_code: f64,
     metres_per_unit: f64,
     up_axis: Axis,
+    /// The vertices that are no copies.
+    #[serde(default)]
+    vertices: Option<usize>,
+    /// For each copy the vertex that it copies.
+    #[serde(default)]
+    copies: Vec<usize>,
     #[serde(default)]
     rhytid: Option<StatedRecipe>,
     #[serde(default)]
@@ -196,16 +213,15 @@ impl Layout {
         let node = root.nodes.get(mesh_node).ok_or(ours("has no node with a mesh"))?;
         let mesh_index = node.mesh.ok_or(ours("has no mesh"))?.value();
         let mesh = root.meshes.get(mesh_index).ok_or(ours("has no mesh"))?;
-        let [primitive] = &mesh.primitives[..] else {
-            return Err(ours(&format!("has {} parts of a mesh", mesh.primitives.len())));
-        };
+        let primitive = mesh.primitives.first().ok_or(ours("has a mesh without a primitive"))?;
+        let indices = indices(mesh).ok_or(ours(
+            "has primitives that are no triangles, or that differ in their vertices or morph targets",
+        ))?;
         let Base { accessors: base, mut attributes } = Base::read(primitive, &extras.attributes);
-        let ids = accessor(primitive, Semantic::Extras("VERTEX_ID".into()));
-        let (Some(ids), Some(indices), Some(_), Valid(Mode::Triangles)) =
-            (ids, primitive.indices, base[0], primitive.mode)
-        else {
-            return Err(ours("has no triangles of vertices with positions and _VERTEX_ID"));
-        };
+        let ids = accessor(primitive, Semantic::Extras(attributes::VERTEX_ID.into()));
+        if base[0].is_none() || (ids.is_none() && extras.vertices.is_none()) {
+            return Err(ours("does not say where its vertices are, and which of them are copies"));
+        }
         let targets =
             self::targets(primitive, targets.get(mesh_index).map_or(&[], Vec::as_slice), &attributes);
         hold_what_no_target_has(&mut attributes, &targets);
@@ -219,8 +235,9 @@ impl Layout {
         };
         let mut layout = Self {
             name: mesh.name.clone().unwrap_or_default(),
-            indices: indices.value(),
+            indices,
             ids,
+            originals: extras.vertices.map(|vertices| Originals { vertices, copies: extras.copies.clone() }),
             uvs: accessor(primitive, Semantic::TexCoords(0)),
             stated_errors: stated_errors(&attributes, &extras),
             attributes,
@@ -294,6 +311,30 @@ fn refuse_unknown_extensions(root: &Root, faults: Faults<'_>) -> Result<()> {
             .of_kind(InputErrorKind::UnsupportedFormat)),
         None => Ok(()),
     }
+}
+
+/// The accessors of the corners of each primitive; `None` if they are no triangles, or do not share their
+/// vertices and targets.
+fn indices(mesh: &::gltf::json::Mesh) -> Option<Vec<usize>> {
+    let first = mesh.primitives.first()?;
+    let of_targets = |primitive: &Primitive| -> Vec<[Option<usize>; 2]> {
+        let value = |index: &Option<::gltf::json::Index<_>>| index.map(|index| index.value());
+        let targets = primitive.targets.iter().flatten();
+        targets.map(|target| [value(&target.positions), value(&target.normals)]).collect()
+    };
+    let mut indices = Vec::with_capacity(mesh.primitives.len());
+    for primitive in &mesh.primitives {
+        let shares = primitive.attributes.len() == first.attributes.len()
+            && primitive.attributes.iter().all(|(semantic, accessor)| {
+                first.attributes.get(semantic).is_some_and(|first| first.value() == accessor.value())
+            })
+            && of_targets(primitive) == of_targets(first);
+        if !shares || primitive.mode != Valid(Mode::Triangles) {
+            return None;
+        }
+        indices.push(primitive.indices?.value());
+    }
+    Some(indices)
 }
 
 fn accessor(primitive: &Primitive, semantic: Semantic) -> Option<usize> {

@@ -57,14 +57,17 @@ fn animation(
 ) -> Result<Box<dyn AnimationReader>> {
     let own = targets.first().cloned().unwrap_or_default();
     let layout = Layout::read(&arrays.root, targets, &arrays.name)?;
-    let ids = ids(&mut arrays, layout.ids)?;
+    let ids = ids(&mut arrays, &layout)?;
     // Copies come after all originals.
     let vertices = ids.iter().max().map_or(0, |last| last + 1);
     let fault = |what: &str| Error::malformed(format!("{}: {what}; the file is damaged", arrays.name));
     if vertices == 0 || ids.iter().take(vertices).enumerate().any(|(v, &id)| v != id) {
         return Err(fault("its vertices are not numbered from 0 on, then the copies"));
     }
-    let corners = arrays.indices(layout.indices)?;
+    let mut corners = Vec::new();
+    for &part in &layout.indices {
+        corners.extend(arrays.indices(part)?);
+    }
     let fault = |what: &str| Error::malformed(format!("{}: {what}; the file is damaged", arrays.name));
     if corners.is_empty() || !corners.len().is_multiple_of(3) {
         return Err(fault(&format!(
@@ -117,16 +120,35 @@ fn channels(layout: &Layout) -> Vec<Channel> {
     of_mesh.chain(layout.attributes.iter().flat_map(|attribute| &attribute.channels)).cloned().collect()
 }
 
-fn ids(arrays: &mut Arrays, accessor: usize) -> Result<Vec<usize>> {
-    let numbers = arrays.vectors::<1>(accessor)?;
-    let count = numbers.len();
-    let id = |[x]: [f64; 1]| (x >= 0.0 && x.fract() == 0.0 && x < count as f64).then_some(x as usize);
-    numbers.into_iter().map(id).collect::<Option<_>>().ok_or_else(|| {
-        Error::malformed(format!(
-            "{}: its _VERTEX_ID has numbers that are not vertices; the file is damaged",
-            arrays.name
-        ))
-    })
+/// For each vertex in the file the original that it is or copies.
+fn ids(arrays: &mut Arrays, layout: &Layout) -> Result<Vec<usize>> {
+    let name = arrays.name.clone();
+    let fault = |what: &str| Error::malformed(format!("{name}: {what}; the file is damaged"));
+    let Some(originals) = &layout.originals else {
+        let accessor = layout.ids.ok_or_else(|| fault("does not number its vertices"))?;
+        let numbers = arrays.vertex_ids(accessor)?;
+        let count = numbers.len();
+        let id = |x: f64| (x >= 0.0 && x.fract() == 0.0 && x < count as f64).then_some(x as usize);
+        let ids: Option<_> = numbers.into_iter().map(id).collect();
+        return ids.ok_or_else(|| fault("its _VERTEX_ID has numbers that are not vertices"));
+    };
+    let positions = layout.base[0].ok_or_else(|| fault("has no positions"))?;
+    let (there, copies) = (arrays.count(positions)?, originals.copies.len() as u64);
+    if (originals.vertices as u64).checked_add(copies) != Some(there) {
+        return Err(fault(&format!(
+            "has {there} vertices, expected the {} and {copies} copies that it states",
+            originals.vertices
+        )));
+    }
+    if let Some(copied) = originals.copies.iter().find(|&&copied| copied >= originals.vertices) {
+        return Err(fault(&format!(
+            "states a copy of vertex {copied}, expected 0 to {}",
+            originals.vertices.saturating_sub(1)
+        )));
+    }
+    // An accessor may announce more than there is. The positions are read before anything is made of the number.
+    arrays.vectors::<3>(positions)?;
+    Ok((0..originals.vertices).chain(originals.copies.iter().copied()).collect())
 }
 
 impl Animation {
@@ -238,12 +260,9 @@ impl AnimationReader for Animation {
     }
 
     fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>> {
-        let first = self.summary.fitted.then(|| {
-            let mut all = vec![0.0; self.layout.targets.len()];
-            self.motion.weights_of(0).iter().for_each(|&(target, weight)| all[target] = weight as f32);
-            all
-        });
-        let first = first.filter(|weights| !weights.is_empty());
+        let mut first = vec![0.0; self.layout.targets.len()];
+        self.motion.weights_of(0).iter().for_each(|&(target, weight)| first[target] = weight as f32);
+        let first = Some(first).filter(|weights| !weights.is_empty());
         compare::differences(&mut self.arrays, &self.json, &self.own, &self.layout, first, scene)
     }
 }

@@ -116,6 +116,24 @@ impl Source {
         Ok(bytes)
     }
 
+    /// The bytes of the file `uri` beside this one, at most one more than `expected`; `None` if there is no such
+    /// file, or it is elsewhere.
+    pub(super) fn beside(&self, uri: &str, expected: u64) -> Option<Vec<u8>> {
+        let name = percent_decode_str(uri).decode_utf8_lossy();
+        let name = Path::new(&*name);
+        // Nothing outside the folder is opened.
+        if uri.contains(':')
+            || name.file_name() != Some(name.as_os_str())
+            || !is_below(folder_of(&self.path), name)
+        {
+            return None;
+        }
+        let file = input_file::open(&self.path.with_file_name(name)).ok()?;
+        let mut bytes = Vec::new();
+        file.take(expected + 1).read_to_end(&mut bytes).ok()?;
+        Some(bytes)
+    }
+
     /// Where a chunk that begins at `at` has its data (start and length), and where the next chunk begins.
     fn chunk(&mut self, at: u64, kind: [u8; 4]) -> Result<((u64, u64), u64)> {
         let name = String::from_utf8_lossy(&kind[..3]).into_owned();
@@ -142,7 +160,7 @@ fn root(json: Vec<u8>, path: &Path) -> Result<Document> {
     // Most files have none, and are not read twice.
     let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
     let mut semantics = primitives.flat_map(|primitive| primitive.attributes.keys());
-    let is_own = |semantic: &Checked<Semantic>| matches!(semantic, Valid(Semantic::Extras(name)) if name != "VERTEX_ID");
+    let is_own = |semantic: &Checked<Semantic>| matches!(semantic, Valid(Semantic::Extras(name)) if name != attributes::VERTEX_ID);
     let targets = if semantics.any(is_own) { attributes::of_targets(&json) } else { Vec::new() };
     Ok(Document { root, targets, json })
 }

@@ -38,7 +38,8 @@ pub(super) struct Nodes {
 }
 
 impl Animation {
-    /// Writes the keys, and adds the node to `nodes` that moves like the head. `None` if nothing moves.
+    /// Writes the keys, and adds the node to `nodes` that moves like the head. The animation has no name yet. `None`
+    /// if nothing moves.
     pub(super) fn write(
         self,
         buffers: &mut Buffers,
@@ -54,13 +55,8 @@ impl Animation {
         let input = buffers.numbers(&times, Element::SCALAR)?;
         let bounds = [&times[0], &times[times.len() - 1]].map(|&[time]| Some(vec![f64::from(time)].into()));
         [buffers.accessors[input.value()].min, buffers.accessors[input.value()].max] = bounds;
-        let mut json = Json {
-            extensions: None,
-            extras: None,
-            channels: vec![],
-            name: Some(name.into()),
-            samplers: vec![],
-        };
+        let mut json =
+            Json { extensions: None, extras: None, channels: vec![], name: None, samplers: vec![] };
         let mut add = |node, path, output| {
             let sampler = Sampler {
                 extensions: None,

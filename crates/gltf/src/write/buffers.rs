@@ -2,10 +2,8 @@
 
 use super::super::meshopt;
 use super::container::Container;
-use super::surface::Surface;
-use ::gltf::json::accessor::{
-    Accessor, ComponentType, GenericComponentType, IndexComponentType, Type, sparse,
-};
+use super::surface::{Part, Surface};
+use ::gltf::json::accessor::{Accessor, ComponentType, GenericComponentType, Type};
 use ::gltf::json::buffer::{Buffer, Stride, Target, View};
 use ::gltf::json::validation::Checked::Valid;
 use ::gltf::json::validation::USize64;
@@ -74,9 +72,9 @@ impl Buffers {
         Self { container, meshopt, views: Vec::new(), accessors: Vec::new(), unfolded: 0 }
     }
 
-    /// The corners of triangles.
-    pub(super) fn triangles(&mut self, surface: &Surface) -> Result<Index<Accessor>> {
-        let corners = &surface.indices;
+    /// The corners of a part's triangles.
+    pub(super) fn triangles(&mut self, part: &Part) -> Result<Index<Accessor>> {
+        let corners = &part.indices;
         let bytes: Vec<u8> = corners.iter().flat_map(|i| i.to_le_bytes()).collect();
         let compressed = match self.meshopt {
             true => Some(("INDICES", meshopt::encode_indices(corners)?)),
@@ -165,33 +163,30 @@ impl Buffers {
         Ok(Index::push(&mut self.accessors, accessor(view, element, vectors.len())))
     }
 
-    /// `n` × `n` weights: 1 on the diagonal and 0 elsewhere. Only the diagonal is stored. `n` is at most
-    /// 65,535.
+    /// `n` × `n` weights: 1 on the diagonal and 0 elsewhere. All of them are stored, because several programs
+    /// cannot read a sparse accessor without a buffer view.
     pub(super) fn identity(&mut self, n: usize) -> Result<Index<Accessor>> {
-        let places: Vec<[u32; 1]> = (0..n).map(|k| [(k * (n + 1)) as u32]).collect();
-        let places = self.view_of(&places, 4, None)?;
-        let ones = self.view_of(&vec![[1.0_f32]; n], 4, None)?;
-        let sparse = sparse::Sparse {
-            count: n.into(),
-            indices: sparse::Indices {
-                buffer_view: places,
-                byte_offset: USize64(0),
-                component_type: Valid(IndexComponentType(ComponentType::U32)),
-                extensions: None,
-                extras: None,
-            },
-            values: sparse::Values {
-                buffer_view: ones,
-                byte_offset: USize64(0),
-                extensions: None,
-                extras: None,
-            },
+        let mut weights = vec![[0.0_f32]; n * n];
+        weights.iter_mut().step_by(n + 1).for_each(|weight| *weight = [1.0]);
+        self.numbers(&weights, Element::SCALAR)
+    }
+
+    /// An image file.
+    pub(super) fn image(&mut self, bytes: &[u8]) -> Result<Index<View>> {
+        let view = View {
+            buffer: Index::new(0),
+            byte_length: bytes.len().into(),
+            byte_offset: Some(USize64(self.container.length())),
+            byte_stride: None,
+            name: None,
+            target: None,
             extensions: None,
             extras: None,
         };
-        let stored = accessor(ones, Element::SCALAR, n * n);
-        let accessor = Accessor { buffer_view: None, sparse: Some(sparse), ..stored };
-        Ok(Index::push(&mut self.accessors, accessor))
+        self.container.write(bytes)?;
+        // What comes next begins at a multiple of four bytes.
+        self.container.write(&[0; 3][..bytes.len().next_multiple_of(4) - bytes.len()])?;
+        Ok(Index::push(&mut self.views, view))
     }
 
     fn view_of<T: Number, const N: usize>(

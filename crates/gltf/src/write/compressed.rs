@@ -3,7 +3,7 @@
 use super::animation::Weights;
 use super::document::{Document, Placement};
 use super::exact::Timing;
-use super::targets::MOST_TARGETS;
+use super::targets::most_targets;
 use crate::attributes::Attribute;
 use rhytid_core::{Progress, Result, channel};
 use rhytid_export::morphs::{Frames, Settings, check_frames};
@@ -61,7 +61,7 @@ impl Compressed {
             constants,
             count: scene.frames,
             goal,
-            most_targets: if options.force { usize::MAX } else { MOST_TARGETS },
+            most_targets: most_targets(options),
             quantize: options.quantize,
         })
     }

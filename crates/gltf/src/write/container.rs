@@ -3,9 +3,9 @@
 //! The JSON is known last but comes first in a `.glb`. So the binary chunk waits in an unnamed file.
 
 use percent_encoding::{AsciiSet, NON_ALPHANUMERIC, utf8_percent_encode};
-use rhytid_core::{AtomicFile, Error, Progress, Remedy, Result};
+use rhytid_core::{AtomicFile, Error, Progress, Remedy, Result, TextureFormat};
 use rhytid_export::companion::Companion;
-use rhytid_export::{Options, companion};
+use rhytid_export::{Options, TextureFiles, companion};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::Path;
@@ -22,6 +22,31 @@ const IN_URI: &AsciiSet = &NON_ALPHANUMERIC.remove(b'-').remove(b'_').remove(b'.
 static BIN: companion::Kind =
     companion::Kind { extension: "bin", namers: &["gltf"], names: |path| std::fs::read(path).ok() };
 
+/// Copies of textures.
+static PNG: companion::Kind = companion::Kind { extension: "png", namers: &["gltf", "glb"], names: json_of };
+static JPEG: companion::Kind = companion::Kind { extension: "jpg", namers: &["gltf", "glb"], names: json_of };
+
+/// The JSON of a `.gltf` or `.glb` file.
+fn json_of(path: &Path) -> Option<Vec<u8>> {
+    let mut file = File::open(path).ok()?;
+    let mut head = [0; (GLB_HEADER + CHUNK_HEADER) as usize];
+    let is_glb = file.read_exact(&mut head).is_ok() && head.starts_with(b"glTF");
+    if !is_glb {
+        return std::fs::read(path).ok();
+    }
+    let length = u32::from_le_bytes([head[12], head[13], head[14], head[15]]);
+    let mut json = Vec::new();
+    file.take(length.into()).read_to_end(&mut json).ok()?;
+    Some(json)
+}
+
+/// How the JSON refers to a file beside it.
+fn uri_of(companion: &Companion) -> String {
+    let path = companion.path();
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    utf8_percent_encode(&name, IN_URI).to_string()
+}
+
 /// The two kinds of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
@@ -29,6 +54,16 @@ pub enum Kind {
     Glb,
     /// JSON, with its numbers beside it.
     Gltf,
+}
+
+impl Kind {
+    /// Where textures are if nobody says it.
+    pub(super) fn default_textures(self) -> TextureFiles {
+        match self {
+            Self::Glb => TextureFiles::Embed,
+            Self::Gltf => TextureFiles::Copy,
+        }
+    }
 }
 
 /// A `.glb` or a `.gltf` with its `.bin`, being written. Dropped before the end, it leaves nothing behind.
@@ -39,6 +74,10 @@ pub(super) struct Container {
     /// Bytes of the binary part so far.
     length: u64,
     limit: Limit,
+    /// Copies of textures beside it.
+    textures: Vec<Companion>,
+    /// Bytes of the copies.
+    of_textures: u64,
 }
 
 enum Bin {
@@ -91,7 +130,7 @@ impl Container {
             Kind::Glb => Bin::Chunk(BufWriter::with_capacity(1 << 20, file.spool()?)),
             Kind::Gltf => Bin::File(Box::new(Companion::create(path, &BIN)?)),
         };
-        Ok(Self { file, bin, length: 0, limit })
+        Ok(Self { file, bin, length: 0, limit, textures: Vec::new(), of_textures: 0 })
     }
 
     /// The `.glb` or `.gltf`.
@@ -109,12 +148,29 @@ impl Container {
         self.length
     }
 
+    /// Adds a copy of a texture beside the file, and returns how the JSON refers to it.
+    ///
+    /// # Errors
+    /// As [`Companion::create`] and [`Companion::write`].
+    pub(super) fn add_texture(&mut self, bytes: &[u8], format: TextureFormat) -> Result<String> {
+        let kind = match format {
+            TextureFormat::Png => &PNG,
+            TextureFormat::Jpeg => &JPEG,
+        };
+        let mut copy = Companion::create(self.path(), kind)?;
+        copy.write(bytes)?;
+        let uri = uri_of(&copy);
+        self.textures.push(copy);
+        self.of_textures += bytes.len() as u64;
+        Ok(uri)
+    }
+
     /// How the JSON refers to the binary part that was written so far; `None` in a `.glb`.
     pub(super) fn uri(&self) -> Option<String> {
-        let Bin::File(bin) = &self.bin else { return None };
-        let path = bin.path();
-        let name = path.file_name().unwrap_or_default().to_string_lossy();
-        Some(utf8_percent_encode(&name, IN_URI).to_string())
+        match &self.bin {
+            Bin::File(bin) => Some(uri_of(bin)),
+            Bin::Chunk(_) => None,
+        }
     }
 
     /// Adds to the binary part.
@@ -150,19 +206,20 @@ impl Container {
         let bytes = headers + json.len() as u64 + self.length;
         self.check(bytes)?;
         let error = self.file.error();
+        let mut companions = self.textures;
+        // Everything that can fail is done before the first file gets its name.
         match self.bin {
             Bin::Chunk(spool) => {
                 let spool = spool.into_inner().map_err(|e| self.file.error()(e.into_error()))?;
                 glb(&mut self.file, bytes, &json, spool, self.length, progress)?;
-                self.file.finish()?;
             }
             Bin::File(bin) => {
-                // Everything that can fail is done before the first file gets its name.
                 self.file.write_all(&json).and_then(|()| self.file.flush()).map_err(error)?;
-                bin.finish(|| self.file.finish())?;
+                companions.push(*bin);
             }
         }
-        Ok(bytes)
+        companion::finish_all(companions, || self.file.finish())?;
+        Ok(bytes + self.of_textures)
     }
 }
 

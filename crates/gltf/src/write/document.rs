@@ -5,16 +5,17 @@ use super::super::meshopt;
 use super::animation::{Animation, Nodes, y_up};
 use super::buffers::{Buffers, Element};
 use super::container::{Container, Kind, Limit};
+use super::materials::Looks;
 use super::surface::Surface;
 use ::gltf::json::accessor::{Accessor, ComponentType};
-use ::gltf::json::material::{Material, PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
+use ::gltf::json::animation::Animation as AnimationJson;
 use ::gltf::json::mesh::{Mesh, Mode, MorphTarget, Primitive, Semantic};
 use ::gltf::json::scene::UnitQuaternion;
 use ::gltf::json::validation::Checked::Valid;
 use ::gltf::json::{Asset, Index, Node, Root, extras};
-use rhytid_core::{Error, Progress, Result, UpAxis, channel};
+use rhytid_core::{Error, Progress, Result, UpAxis, channel, human};
 use rhytid_export::morphs::{NormalsOff, Values};
-use rhytid_export::{Deviation, Options, Scene, Written};
+use rhytid_export::{Deviation, Options, Scene, TextureFiles, Written};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -23,15 +24,19 @@ use std::path::Path;
 /// The extension that lets positions and normals be integers.
 const QUANTIZATION: &str = "KHR_mesh_quantization";
 
+/// The memory of morph targets on a GPU from which on the user is warned, in bytes.
+const MUCH_MEMORY: u64 = 2_000_000_000;
+
 /// The largest number of vertices whose indices a 32-bit float tells apart. (glTF allows no 32-bit integers
 /// in attributes.)
 const MOST_VERTICES: usize = 1 << 24;
 
 /// What a file states in addition to its numbers.
 pub(crate) struct About {
-    /// Names the nodes, the mesh and the animation.
+    /// Names the nodes and the mesh.
     name: String,
-    material: String,
+    /// Names the animation.
+    clip: String,
     metres_per_unit: f64,
     up_axis: UpAxis,
     /// The scene's extras so far.
@@ -41,13 +46,9 @@ pub(crate) struct About {
 impl About {
     /// The facts that every scene has.
     pub(crate) fn new(scene: &Scene<'_>) -> Self {
-        let material = match scene.materials.map_or(&[][..], |materials| &materials.list) {
-            [only] => &only.name,
-            _ => "skin",
-        };
         Self {
             name: scene.name.to_owned(),
-            material: material.to_owned(),
+            clip: scene.name.to_owned(),
             metres_per_unit: scene.metres_per_unit,
             up_axis: scene.up_axis,
             extras: json!({
@@ -58,14 +59,15 @@ impl About {
         }
     }
 
-    /// The name of the nodes, the mesh and the animation.
+    /// The name of the nodes and the mesh.
     pub(crate) fn name(&self) -> &str {
         &self.name
     }
 
-    /// The name of the material.
-    pub(crate) fn material(&self) -> &str {
-        &self.material
+    /// Names the animation; `None` gives it the mesh's name.
+    pub(super) fn with_clip(self, clip: Option<&str>) -> Self {
+        let clip = clip.map_or_else(|| self.clip.clone(), str::to_owned);
+        Self { clip, ..self }
     }
 
     /// Adds which channels are in which attributes.
@@ -102,12 +104,16 @@ pub(super) struct Document {
     pub buffers: Buffers,
     about: About,
     surface: Surface,
+    looks: Looks,
+    /// Whether the vertices have their numbers as an attribute.
+    vertex_ids: bool,
     /// Whether texture coordinates may be stored as 16-bit integers.
     quantize: bool,
     /// Whether any attribute needs the extension.
     quantized: bool,
     attributes: BTreeMap<Semantic, Index<Accessor>>,
-    indices: Option<Index<Accessor>>,
+    /// The corners of each part of the surface.
+    indices: Vec<Index<Accessor>>,
     targets: Vec<MorphTarget>,
     target_names: Vec<String>,
     /// The further attributes of the targets, if there are any.
@@ -118,7 +124,7 @@ impl Document {
     /// An empty file for the mesh of `scene`.
     ///
     /// # Errors
-    /// [`Error::Input`] if the mesh has more vertices than a glTF file can number; [`Error::Io`].
+    /// [`Error::Input`] if the vertices are to be numbered and are too many; [`Error::Io`].
     pub(super) fn create(
         path: &Path,
         kind: Kind,
@@ -126,23 +132,28 @@ impl Document {
         options: &Options,
         about: About,
     ) -> Result<Self> {
-        let surface = Surface::new(scene.rest.len(), scene.faces, scene.triangle_corners, scene.uvs);
-        if scene.rest.len() > MOST_VERTICES {
+        if options.vertex_ids && scene.rest.len() > MOST_VERTICES {
             return Err(Error::too_large(format!(
-                "{}: has {} vertices, and a glTF file can number {MOST_VERTICES}; write .usd instead",
+                "{}: has {} vertices, and an attribute of a glTF file can number {MOST_VERTICES}; leave the \
+                 numbers out, or write .usd, which keeps the order",
                 path.display(),
                 scene.rest.len()
             )));
         }
-        let container = Container::create(path, kind, Limit::new(kind, options))?;
+        let surface = Surface::new(scene, options.one_material);
+        let mut container = Container::create(path, kind, Limit::new(kind, options))?;
+        let looks = Looks::new(scene, &surface, options.textures != Some(TextureFiles::None));
+        let looks = looks.with_files(&mut container, options.textures.unwrap_or(kind.default_textures()))?;
         Ok(Self {
             buffers: Buffers::new(container, options.meshopt),
-            about,
+            about: about.with_clip(options.clip.as_deref()),
+            looks,
             surface,
+            vertex_ids: options.vertex_ids,
             quantize: options.quantize,
             quantized: false,
             attributes: BTreeMap::new(),
-            indices: None,
+            indices: Vec::new(),
             targets: Vec::new(),
             target_names: Vec::new(),
             target_extras: Vec::new(),
@@ -161,7 +172,9 @@ impl Document {
 
     /// Writes the mesh itself, of V positions and normals.
     pub(super) fn base(&mut self, positions: &Values, normals: Option<&Values>) -> Result<()> {
-        self.indices = Some(self.buffers.triangles(&self.surface)?);
+        for part in &self.surface.parts {
+            self.indices.push(self.buffers.triangles(part)?);
+        }
         let positions = self.vectors(positions, true)?;
         self.attributes.insert(Semantic::Positions, positions);
         if let Some(normals) = normals {
@@ -179,9 +192,12 @@ impl Document {
             };
             self.attributes.insert(Semantic::TexCoords(0), uvs);
         }
-        let ids: Vec<[f32; 1]> = self.surface.ids().map(|id| [id as f32]).collect();
-        let ids = self.buffers.attribute(&ids, Element::SCALAR)?;
-        self.attributes.insert(Semantic::Extras("VERTEX_ID".into()), ids);
+        if self.vertex_ids {
+            // As wide as the other attributes of the application: Blender fails on attributes of two widths.
+            let ids: Vec<[f32; 3]> = self.surface.ids().map(|id| [id as f32, 0.0, 0.0]).collect();
+            let ids = self.buffers.attribute(&ids, Element::VEC3)?;
+            self.attributes.insert(Semantic::Extras(attributes::VERTEX_ID.into()), ids);
+        }
         Ok(())
     }
 
@@ -232,13 +248,30 @@ impl Document {
         self.about.extras["normalError"] = json!({ "worst": worst, "rms": rms });
     }
 
+    /// Says if a viewer needs much memory because it keeps a copy of all targets for each material.
+    fn warn_of_copies_of_targets(&self) {
+        let (parts, targets) = (self.surface.parts.len() as u64, self.targets.len() as u64);
+        let kinds = if self.attributes.contains_key(&Semantic::Normals) { 2 } else { 1 };
+        // A pixel of four floats for each vertex, of positions and of normals.
+        let bytes = parts * targets * self.surface.vertices() as u64 * kinds * 16;
+        if parts > 1 && bytes > MUCH_MEMORY {
+            log::warn!(
+                "{}: viewers such as three.js keep all {targets} morph targets of all vertices once for each of the \
+                 {parts} materials, which takes {} of the GPU's memory; write one material, or compress to fewer \
+                 targets",
+                self.path().display(),
+                human::bytes(bytes)
+            );
+        }
+    }
+
     fn vectors(&mut self, values: &Values, bounds: bool) -> Result<Index<Accessor>> {
         self.quantized |= !matches!(values, Values::F32(_));
         self.buffers.vectors(values, &self.surface, bounds)
     }
 
     /// Writes the rest and gives the file its name. `weights` are those of the targets where nothing is
-    /// animated; all 0 if there are none.
+    /// animated, such as those of the first frame; all are 0 if none are given.
     pub(super) fn finish(
         mut self,
         placement: Placement,
@@ -247,7 +280,8 @@ impl Document {
         error: Option<Deviation>,
         progress: &dyn Progress,
     ) -> Result<Written> {
-        let About { name, material, metres_per_unit, up_axis, mut extras } = self.about;
+        self.warn_of_copies_of_targets();
+        let About { name, clip, metres_per_unit, up_axis, mut extras } = self.about;
         let node = Node {
             mesh: Some(Index::new(0)),
             name: Some(name.clone()),
@@ -260,31 +294,38 @@ impl Document {
             }
             None => None,
         };
+        let animation = animation.map(|animation| AnimationJson { name: Some(clip), ..animation });
         if let Some(error) = error {
             extras["error"] = stated(error, metres_per_unit);
         }
+        let images = self.looks.write(&mut self.buffers)?;
         let extensions = extensions(self.quantized, self.buffers.meshopt);
         let targets = self.targets.len();
-        let primitive = Primitive {
-            attributes: self
-                .attributes
-                .into_iter()
-                .map(|(semantic, index)| (Valid(semantic), index))
-                .collect(),
+        let attributes: BTreeMap<_, _> =
+            self.attributes.into_iter().map(|(semantic, index)| (Valid(semantic), index)).collect();
+        let of_targets = (targets > 0).then_some(self.targets);
+        let primitives = self.indices.iter().zip(0..).map(|(&indices, material)| Primitive {
+            attributes: attributes.clone(),
             extensions: None,
             extras: None,
-            indices: self.indices,
-            material: Some(Index::new(0)),
+            indices: Some(indices),
+            material: Some(Index::new(material)),
             mode: Valid(Mode::Triangles),
-            targets: (targets > 0).then_some(self.targets),
-        };
+            targets: of_targets.clone(),
+        });
+        // Some programs take the weights for granted where there are targets.
+        let weights = weights.unwrap_or_else(|| vec![0.0; targets]);
         let mesh = Mesh {
             extensions: None,
             extras: if targets > 0 { raw(&json!({ "targetNames": self.target_names }))? } else { None },
             name: Some(name),
-            primitives: vec![primitive],
-            weights: weights.filter(|weights| !weights.is_empty()),
+            primitives: primitives.collect(),
+            weights: (targets > 0).then_some(weights),
         };
+        extras["vertices"] = self.surface.originals().into();
+        if !self.surface.copied().is_empty() {
+            extras["copies"] = self.surface.copied().into();
+        }
         let scene = ::gltf::json::Scene {
             extensions: None,
             extras: raw(&extras)?,
@@ -301,7 +342,9 @@ impl Document {
             scenes: vec![scene],
             nodes: nodes.nodes,
             meshes: vec![mesh],
-            materials: vec![skin(material)],
+            materials: self.looks.materials()?,
+            textures: self.looks.textures(),
+            images,
             animations: animation.into_iter().collect(),
             buffers: self.buffers.buffers(),
             buffer_views: self.buffers.views,
@@ -360,22 +403,8 @@ pub(crate) fn placed(placement: Placement, metres_per_unit: f64, up_axis: UpAxis
     }
 }
 
-/// Without a material, viewers show bare metal, from the front alone.
-pub(crate) fn skin(name: String) -> Material {
-    Material {
-        name: Some(name),
-        double_sided: true,
-        pbr_metallic_roughness: PbrMetallicRoughness {
-            base_color_factor: PbrBaseColorFactor([0.8, 0.8, 0.8, 1.0]),
-            metallic_factor: StrengthFactor(0.0),
-            roughness_factor: StrengthFactor(0.6),
-            ..PbrMetallicRoughness::default()
-        },
-        ..Material::default()
-    }
-}
-
-fn raw(value: &Value) -> Result<extras::Extras> {
+/// Data of the application.
+pub(super) fn raw(value: &Value) -> Result<extras::Extras> {
     let raw = serde_json::value::to_raw_value(value).map_err(|e| Error::Internal(format!("extras: {e}")))?;
     Ok(Some(raw))
 }

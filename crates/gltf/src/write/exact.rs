@@ -5,7 +5,8 @@ use super::container::{Kind, Limit};
 use super::document::{Document, Placement};
 use super::measure::Measure;
 use super::targets::{
-    MOST_TARGETS, check_finite, differences, floats, frame_name, normal_differences, unit_normals,
+    check_finite, differences, floats, frame_name, most_targets, normal_differences,
+    targets_that_viewers_show, unit_normals,
 };
 use crate::attributes::Attribute;
 use rhytid_core::{Error, Progress, Remedy, Result, RigidMotion, channel};
@@ -125,8 +126,14 @@ impl Exporter for Exact {
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
         let animation = self.timing.animation(self.document.targets(), Some(Weights::OneHot));
         let error = Some(self.measure.deviation(0.0));
-        self.document.finish(Placement::NONE, None, Some(animation), error, progress)
+        let first = Some(first_of_all(animation.frames));
+        self.document.finish(Placement::NONE, first, Some(animation), error, progress)
     }
+}
+
+/// The weights of `frames` targets in the first frame, which is the first target.
+pub(super) fn first_of_all(frames: usize) -> Vec<f32> {
+    (0..frames).map(|k| if k == 0 { 1.0 } else { 0.0 }).collect()
 }
 
 /// An error if the frames of `scene` are more than the file may hold, as far as can be told before they come.
@@ -138,14 +145,15 @@ pub(super) fn check_frames(
     options: &Options,
 ) -> Result<()> {
     let frames = scene.frames;
-    if frames > MOST_TARGETS && !options.force {
+    let most = most_targets(options);
+    if frames > most {
         return Err(Error::too_large(format!(
-            "{}: {frames} frames with a morph target each are more than the {MOST_TARGETS} targets that \
-             viewers promise to show: write .usd, choose fewer frames, compress to fewer targets, or lift \
-             the limit",
-            path.display()
+            "{}: {frames} frames with a morph target each are more than {}: write .usd, choose fewer frames, \
+             compress to fewer targets, or lift the limit",
+            path.display(),
+            targets_that_viewers_show(most)
         ))
-        .with_remedies(&[Remedy::FewerFrames, Remedy::Compress, Remedy::Force]));
+        .with_remedies(&[Remedy::FewerFrames, Remedy::Compress, Remedy::MostTargets, Remedy::Force]));
     }
     if frames > MOST_FRAMES {
         return Err(Error::too_large(format!(
@@ -162,8 +170,8 @@ pub(super) fn check_frames(
     let bytes_of = |float: u64, integer: u64| if options.quantize { integer } else { float };
     let of_normals = if scene.rest_normals.is_some() { bytes_of(12, 4) } else { 0 };
     let per_vertex = bytes_of(12, 8) + of_normals + 12 * attributes.len() as u64;
-    // Copies of vertices at seams come on top.
-    let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET;
+    // Copies of vertices at seams come on top. Each frame has a weight for each target.
+    let per_frame = scene.rest.len() as u64 * per_vertex + JSON_PER_TARGET + 4 * frames as u64;
     let limit = Limit::new(kind, options);
     // The base mesh, and then the frames.
     let fit = (limit.bytes / per_frame).saturating_sub(1);

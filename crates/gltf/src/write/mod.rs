@@ -7,6 +7,7 @@ mod container;
 mod document;
 mod exact;
 mod grid;
+mod materials;
 mod measure;
 mod quantized;
 mod shapes;
@@ -21,7 +22,8 @@ use std::path::Path;
 
 pub(crate) use animation::head_node;
 pub use container::Kind;
-pub(crate) use document::{About, Placement, extensions, placed, skin};
+pub(crate) use document::{About, Placement, extensions, placed};
+pub(crate) use materials::Looks;
 pub use shapes::{check_count, write_shapes};
 pub(crate) use surface::Surface;
 

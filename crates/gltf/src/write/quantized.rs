@@ -3,7 +3,7 @@
 use super::animation::Weights;
 use super::container::rewound;
 use super::document::Document;
-use super::exact::{OtherTargets, Timing};
+use super::exact::{OtherTargets, Timing, first_of_all};
 use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
 use super::targets::unit_normals;
@@ -112,7 +112,7 @@ impl Exporter for Quantized {
         progress.report("quantising", frames as u64, frames as u64);
         let error = Some(measure.deviation(grid.reach()));
         let animation = timing.animation(frames, Some(Weights::OneHot));
-        document.finish(grid.placement(), None, Some(animation), error, progress)
+        document.finish(grid.placement(), Some(first_of_all(frames)), Some(animation), error, progress)
     }
 }
 

@@ -4,7 +4,7 @@ use super::container::Kind;
 use super::document::{About, Document, Placement};
 use super::grid::{Extent, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
-use super::targets::{MOST_TARGETS, unit_normals};
+use super::targets::{most_targets, targets_that_viewers_show, unit_normals};
 use rhytid_core::{Error, Progress, Remedy, Result};
 use rhytid_export::morphs::Values;
 use rhytid_export::{Options, Shape, Shapes, Written};
@@ -12,15 +12,16 @@ use std::path::Path;
 
 /// Returns an error if `count` shapes are more than a file at `path` may hold.
 pub fn check_count(path: &Path, count: usize, options: &Options) -> Result<()> {
-    if count <= MOST_TARGETS || options.force {
+    let most = most_targets(options);
+    if count <= most {
         return Ok(());
     }
     Err(Error::too_large(format!(
-        "{}: {count} shapes are more than the {MOST_TARGETS} morph targets that viewers promise to show: \
-         write .usd, leave some out, or lift the limit",
-        path.display()
+        "{}: {count} shapes are more than {}: write .usd, leave some out, or lift the limit",
+        path.display(),
+        targets_that_viewers_show(most)
     ))
-    .with_remedies(&[Remedy::Force]))
+    .with_remedies(&[Remedy::MostTargets, Remedy::Force]))
 }
 
 /// Writes a mesh with a target for each shape; `shapes` have been checked. Only the options for the numbers

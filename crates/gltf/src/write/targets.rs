@@ -1,11 +1,26 @@
 //! Morph targets: their number, their names, and what they add to the base.
 
 use rhytid_core::{Error, Result};
+use rhytid_export::Options;
 use rhytid_export::morphs::Values;
 use std::path::Path;
 
-/// The number of targets that WebGL2 guarantees. It is more than most programs show as sliders.
-pub(super) const MOST_TARGETS: usize = 256;
+/// The number of targets that WebGL 2 guarantees. It is more than most programs show as sliders.
+const MOST_TARGETS: usize = 256;
+
+/// The largest number of targets that `options` allow.
+pub(super) fn most_targets(options: &Options) -> usize {
+    let without_force = if options.force { usize::MAX } else { MOST_TARGETS };
+    options.most_targets.unwrap_or(without_force)
+}
+
+/// The phrase for an error about a limit of `most` targets: which programs have which limit.
+pub(super) fn targets_that_viewers_show(most: usize) -> String {
+    format!(
+        "the limit of {most} morph targets (WebGL 2 promises three.js and Babylon.js {MOST_TARGETS}; some game engines \
+         show 64)"
+    )
+}
 
 /// Base normals of 3V coordinates: glTF demands a direction even where there is none.
 pub(super) fn unit_normals(normals: &[f32]) -> Vec<f32> {

@@ -78,6 +78,10 @@ impl Animation {
         let Range { start, end } = self.range;
         let mut rhytid = crate::common::rhytid("animate face.safetensors take.csv --device cpu:0 --quiet");
         rhytid.args(["-o", file, "--frames", &format!("{start}..{end}")]).args(options.split_whitespace());
+        if file.contains(".gl") {
+            // Blender puts the vertices into another order.
+            rhytid.arg("--vertex-ids");
+        }
         rhytid.current_dir(&self.dir).assert().success();
         path
     }

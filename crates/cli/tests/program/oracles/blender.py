@@ -62,10 +62,11 @@ def vertex_ids(mesh):
     if attribute is None:
         return None
     assert attribute.domain == "POINT", attribute.domain
-    values = np.empty(len(mesh.vertices), np.float32 if attribute.data_type == "FLOAT" else np.int32)
-    attribute.data.foreach_get("value", values)
-    assert np.all(values == np.round(values))
-    return values.astype(int).tolist()
+    assert attribute.data_type == "FLOAT_VECTOR", attribute.data_type
+    values = np.empty((len(mesh.vertices), 3), np.float32)
+    attribute.data.foreach_get("vector", values.ravel())
+    assert np.all(values == np.round(values)) and not values[:, 1:].any()
+    return values[:, 0].astype(int).tolist()
 
 
 job = json.loads(Path(sys.argv[1]).read_text())

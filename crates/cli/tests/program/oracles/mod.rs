@@ -49,6 +49,7 @@ const EXPORTS: &[Export] = &[
     exact("face.gltf", ""),
     exact("plain.glb", "--no-normals"),
     exact("packed.glb", "--meshopt"),
+    exact("strained.glb", "--strain"),
     within(0.01, "quantized.glb", "--quantize"),
     within(0.1, "compressed.glb", "--compressed"),
     within(0.02, "fine.gltf", "--compressed --max-error 0.02"),

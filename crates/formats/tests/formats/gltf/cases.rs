@@ -1,7 +1,7 @@
 //! What is written as glTF, and every way to write it.
 
 use crate::animation::{self, Animation, Other, Random, UvKind};
-use rhytid_core::{Channel, ChannelKind, RigidMotion, UpAxis};
+use rhytid_core::{Channel, ChannelKind, Materials, RigidMotion, UpAxis};
 use rhytid_formats::export::{Options, Written};
 use std::path::Path;
 
@@ -68,6 +68,28 @@ pub(super) struct Case {
 }
 
 impl Case {
+    /// The corners of the triangles in the file's order: by material, and at last those without one.
+    pub(super) fn corners(&self) -> Vec<[u32; 3]> {
+        let mut triangles = self.animation.triangle_corners.clone();
+        if let (Some(materials), false) = (&self.animation.materials, self.options.one_material) {
+            triangles.sort_by_key(|corners| materials.of_face[self.face_of(corners[0])]);
+        }
+        triangles
+    }
+
+    /// The face that has a corner.
+    pub(super) fn face_of(&self, corner: u32) -> usize {
+        let mut end = 0;
+        let counts = &self.animation.faces.counts;
+        counts
+            .iter()
+            .take_while(|&&count| {
+                end += count;
+                end <= corner
+            })
+            .count()
+    }
+
     /// Writes it to `folder` under a name of its own.
     pub(super) fn export(&self, folder: &Path) -> (std::path::PathBuf, Written) {
         let path = folder.join(format!("{}.{}", self.label.replace(' ', "-"), self.extension));
@@ -77,6 +99,12 @@ impl Case {
             .unwrap_or_else(|e| panic!("{}: {e}", self.label));
         (path, written)
     }
+}
+
+/// Three materials in turns, and faces without one.
+pub(super) fn three_materials(faces: usize) -> Materials {
+    let of_face = (0..faces).map(|face| [2, 0, Materials::NONE, 1, 0][face % 5]).collect();
+    Materials::named(["skin", "teeth", "Auge – links"], of_face)
 }
 
 /// Every choice with every other.
@@ -99,6 +127,9 @@ pub(super) fn cases() -> Vec<Case> {
             if bits % 2 == u % 2 {
                 animation.others = strains(&animation);
             }
+            if bits % 3 == 1 {
+                animation.materials = Some(three_materials(animation.faces.len()));
+            }
             animation.metres_per_unit = [0.001, 0.0254, 1.0][bits % 3];
             animation.rate = [30.0, 30.0 / 1.001, 120.0][(bits / 3) % 3];
             let max_error = compressed.then_some(0.05);
@@ -112,7 +143,10 @@ pub(super) fn cases() -> Vec<Case> {
                 word(z_up, "z-up "),
                 &format!("{uvs:?} {frames} frames"),
             ];
-            let options = Options { max_error, shapes: None, quantize, meshopt, force: false };
+            let one_material = (bits + u) % 5 == 4;
+            let vertex_ids = (bits / 2 + u) % 2 == 0;
+            let options =
+                Options { max_error, quantize, meshopt, one_material, vertex_ids, ..Options::default() };
             cases.push(Case { animation, options, extension, label: label.concat() });
         }
     }

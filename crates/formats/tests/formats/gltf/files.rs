@@ -135,6 +135,21 @@ fn the_same_input_gives_the_same_bytes_and_compression_keeps_all() {
 }
 
 #[test]
+fn plain_files_need_nothing_that_the_gltf_crate_lacks() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("face.glb");
+    let animation = animation(UvKind::PerCorner, 3, 5);
+    for (quantize, meshopt, max_error) in
+        [(false, false, None), (false, false, Some(0.05)), (true, false, None), (false, true, None)]
+    {
+        let options = Options { quantize, meshopt, max_error, ..Options::default() };
+        animation.export_with(&path, &options).unwrap();
+        // As docs/export.md says. The crate validates what it opens.
+        assert_eq!(gltf::Gltf::open(&path).is_ok(), !quantize && !meshopt, "{options:?}");
+    }
+}
+
+#[test]
 fn compression_makes_files_smaller() {
     let folder = tempfile::tempdir().unwrap();
     let animation = animation(UvKind::None, 20, 4);
@@ -144,6 +159,7 @@ fn compression_makes_files_smaller() {
         animation.export_with(&path, &options).unwrap();
         std::fs::metadata(bin_beside(&path)).unwrap().len()
     };
-    assert!(size(true, false) * 18 < size(false, false) * 10);
+    // The weights of the frames are floats in both.
+    assert!(size(true, false) * 16 < size(false, false) * 10);
     assert!(size(true, true) < size(true, false));
 }

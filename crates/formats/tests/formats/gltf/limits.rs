@@ -36,9 +36,18 @@ fn more_than_256_targets_need_force() {
             assert!(error.sentence().contains(advice), "“{error}” lacks “{advice}”");
         }
         assert_eq!(error.kind(), &InputErrorKind::TooLarge);
-        assert_eq!(error.remedies(), [Remedy::FewerFrames, Remedy::Compress, Remedy::Force]);
+        let remedies = [Remedy::FewerFrames, Remedy::Compress, Remedy::MostTargets, Remedy::Force];
+        assert_eq!(error.remedies(), remedies);
         create(folder.path(), [40, 257], extension, force()).unwrap();
-        create(folder.path(), [40, 65_535], extension, force()).unwrap();
+        // A program's own limit, larger or smaller.
+        let most = |most_targets| Options { most_targets: Some(most_targets), ..Options::default() };
+        create(folder.path(), [40, 257], extension, most(257)).unwrap();
+        create(folder.path(), [40, 64], extension, most(64)).unwrap();
+        let error = refused(create(folder.path(), [40, 65], extension, most(64)));
+        assert!(error.sentence().contains("the limit of 64 morph targets"), "{error}");
+        // Each frame has a weight for each target, and a GLB ends at 4 GiB.
+        let many = if extension == "glb" { 30_000 } else { 65_535 };
+        create(folder.path(), [40, many], extension, force()).unwrap();
         let error = refused(create(folder.path(), [40, 65_536], extension, force()));
         assert!(error.sentence().contains("65535"), "{error}");
         assert_eq!(error.remedies(), [Remedy::FewerFrames, Remedy::Compress]);
@@ -85,9 +94,10 @@ fn more_than_1_gib_needs_force_and_a_glb_ends_at_4() {
 }
 
 #[test]
-fn more_vertices_than_floats_can_number_are_refused() {
+fn more_vertices_than_floats_can_number_are_not_numbered() {
     let folder = tempfile::tempdir().unwrap();
-    let message = input_error(create(folder.path(), [(1 << 24) + 1, 1], "glb", Options::default()));
+    let numbered = Options { vertex_ids: true, ..Options::default() };
+    let message = input_error(create(folder.path(), [(1 << 24) + 1, 1], "glb", numbered));
     assert!(message.contains("16777216") && message.contains(".usd"), "{message}");
 }
 

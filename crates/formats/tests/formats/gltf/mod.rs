@@ -10,6 +10,7 @@ mod motion;
 mod reader;
 mod shapes;
 mod surface;
+mod textures;
 mod tools;
 mod validator;
 mod viewer;

@@ -87,6 +87,9 @@ fn exact_files_begin_with_the_first_frame_and_show_one_target_at_a_time() {
         }
         assert_eq!(written.targets, Some(viewer.targets.len()), "{label}");
         assert!(viewer.weights.iter().all(|w| (0.0..=1.0).contains(w)), "{label}");
+        // Where nothing is played, the first frame is shown. Some programs need these weights.
+        let first = viewer.weights.get(..viewer.targets.len()).unwrap_or_default();
+        assert_eq!(viewer.weights_at_rest, first, "{label}");
         if options.max_error.is_some() {
             assert!(viewer.targets.len() <= frames, "{label}");
             continue;

@@ -44,6 +44,7 @@ fn each_shape_is_a_named_target_that_nothing_moves() {
 
         let viewer = Viewer::open(&unfold(std::slice::from_ref(&path))[0]);
         assert!(viewer.times.is_empty() && viewer.weights.is_empty() && viewer.targets.len() == 2);
+        assert_eq!(viewer.weights_at_rest, [0.0; 2]);
         let mesh = viewer.document.meshes().next().unwrap();
         let names: serde_json::Value = serde_json::from_str(mesh.extras().as_ref().unwrap().get()).unwrap();
         assert_eq!(names, serde_json::json!({ "targetNames": ["smile", "Stirn hoch – ä"] }));
@@ -91,7 +92,15 @@ fn more_than_256_shapes_need_force() {
     let path = folder.path().join("face.glb");
     let error = refused(animation::write_shapes(&path, &scene, &Options::default(), &NoProgress));
     assert!(error.sentence().contains("257 shapes"), "{error}");
-    assert_eq!((error.kind(), error.remedies()), (&InputErrorKind::TooLarge, &[Remedy::Force][..]));
-    let force = Options { force: true, ..Options::default() };
-    animation::write_shapes(&path, &scene, &force, &NoProgress).unwrap();
+    let remedies = [Remedy::MostTargets, Remedy::Force];
+    assert_eq!((error.kind(), error.remedies()), (&InputErrorKind::TooLarge, &remedies[..]));
+    for options in [
+        Options { force: true, ..Options::default() },
+        Options { most_targets: Some(257), ..Options::default() },
+    ] {
+        animation::write_shapes(&path, &scene, &options, &NoProgress).unwrap();
+    }
+    let few = Options { most_targets: Some(64), ..Options::default() };
+    let error = refused(animation::write_shapes(&path, &scene, &few, &NoProgress));
+    assert!(error.sentence().contains("the limit of 64 morph targets"), "{error}");
 }

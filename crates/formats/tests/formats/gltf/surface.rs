@@ -15,9 +15,11 @@ fn triangles_keep_their_vertices_and_texture_coordinates() {
     let folder = tempfile::tempdir().unwrap();
     let cases = cases();
     let files: Vec<PathBuf> = cases.iter().map(|case| case.export(folder.path()).0).collect();
-    for (Case { animation, options, label, .. }, file) in cases.iter().zip(unfold(&files)) {
+    for (case, file) in cases.iter().zip(unfold(&files)) {
+        let Case { animation, options, label, .. } = case;
         let viewer = Viewer::open(&file);
-        let corners = animation.triangle_corners.as_flattened();
+        let triangles = case.corners();
+        let corners = triangles.as_flattened();
         let vertices = animation.rest.len();
         assert_eq!(viewer.indices.len(), corners.len(), "{label}");
         assert_eq!(viewer.uvs.is_some(), animation.uvs.is_some(), "{label}");
@@ -54,6 +56,43 @@ fn triangles_keep_their_vertices_and_texture_coordinates() {
         assert_eq!(viewer.positions.len(), expected, "{label}");
         let copies = label.contains("PerCorner") && !label.contains("1 frames");
         assert!(!copies || viewer.positions.len() > 60, "{label}: too few copies to show much");
+    }
+}
+
+#[test]
+fn each_material_has_its_triangles() {
+    let folder = tempfile::tempdir().unwrap();
+    let cases = cases();
+    let files: Vec<PathBuf> = cases.iter().map(|case| case.export(folder.path()).0).collect();
+    let mut apart = 0;
+    for (case, file) in cases.iter().zip(unfold(&files)) {
+        let Case { animation, options, label, .. } = case;
+        let viewer = Viewer::open(&file);
+        let document = &viewer.document;
+        let primitives = document.meshes().next().unwrap().primitives().len();
+        assert_eq!(document.materials().len(), primitives, "{label}");
+        let Some(materials) = animation.materials.as_ref().filter(|_| !options.one_material) else {
+            assert_eq!((primitives, viewer.materials[0].as_str()), (1, "skin"), "{label}");
+            continue;
+        };
+        assert_eq!(primitives, 4, "{label}");
+        for (found, corners) in viewer.materials.iter().zip(case.corners()) {
+            let material = materials.of_face[case.face_of(corners[0])];
+            let expected = materials.names().nth(material as usize).unwrap_or("skin");
+            assert_eq!(found, expected, "{label}");
+        }
+        apart += 1;
+    }
+    assert!(apart > 40, "{apart}");
+}
+
+#[test]
+fn numbers_of_vertices_are_an_attribute_if_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    for case in cases() {
+        let (path, _) = case.export(folder.path());
+        let has = String::from_utf8_lossy(&std::fs::read(&path).unwrap()).contains("\"_VERTEX_ID\"");
+        assert_eq!(has, case.options.vertex_ids, "{}", case.label);
     }
 }
 
@@ -99,9 +138,16 @@ fn names_and_extras_say_what_it_is() {
     let mut extras = viewer.scene_extras();
     assert!(extras["error"]["worstMillimetres"].as_f64().unwrap() < 1e-5);
     extras.as_object_mut().unwrap().remove("error");
+    assert_eq!(viewer.document.animations().next().unwrap().name(), Some("face"));
     let expected = json!({
-        "frames": 2, "framesPerSecond": 30.0, "firstTimeCode": 9.0, "metresPerUnit": 0.001, "upAxis": "Y",
+        "vertices": 34, "frames": 2, "framesPerSecond": 30.0, "firstTimeCode": 9.0, "metresPerUnit": 0.001, "upAxis": "Y",
         "rhytid": serde_json::to_value(&animation.recipe).unwrap(),
     });
     assert_eq!(extras, expected);
+
+    let options = Options { clip: Some("take 7 – \"Wut\"".into()), ..Options::default() };
+    animation.export_with(&path, &options).unwrap();
+    let document = Viewer::open(&path).document;
+    assert_eq!(document.animations().next().unwrap().name(), Some("take 7 – \"Wut\""));
+    assert_eq!(document.meshes().next().unwrap().name(), Some("face"));
 }

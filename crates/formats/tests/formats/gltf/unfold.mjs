@@ -16,8 +16,16 @@ for (const file of files) {
   if (json.extensionsRequired?.includes(NAME)) {
     const [stored, fallback] = json.buffers;
     if (!fallback.extensions[NAME].fallback || fallback.uri) throw new Error(`${file}: has no fallback buffer`);
-    const plain = new Uint8Array(fallback.byteLength);
-    for (const view of json.bufferViews) {
+    // Images are not compressed; they come behind the numbers.
+    const images = json.bufferViews.filter((view) => !view.extensions);
+    const lengths = images.map((view) => Math.ceil(view.byteLength / 4) * 4);
+    const plain = new Uint8Array(lengths.reduce((sum, length) => sum + length, fallback.byteLength));
+    images.reduce((end, view, i) => {
+      plain.set(bin.subarray(view.byteOffset, view.byteOffset + view.byteLength), end);
+      view.byteOffset = end;
+      return end + lengths[i];
+    }, fallback.byteLength);
+    for (const view of json.bufferViews.filter((view) => view.extensions)) {
       const { buffer, byteOffset, byteLength, byteStride, count, mode, filter } = view.extensions[NAME];
       if (buffer !== 0 || view.buffer !== 1 || count * byteStride !== view.byteLength)
         throw new Error(`${file}: ${JSON.stringify(view)}`);

@@ -19,7 +19,12 @@ pub(super) struct Viewer {
     pub uvs: Option<Vec<[f64; 2]>>,
     /// W.
     pub ids: Vec<f64>,
+    /// The corners of the triangles of all primitives, one after the other.
     pub indices: Vec<usize>,
+    /// For each triangle the name of its material.
+    pub materials: Vec<String>,
+    /// The weights of the targets where nothing is animated.
+    pub weights_at_rest: Vec<f64>,
     /// The offsets of each target's positions and normals.
     pub targets: Vec<(Vec<Vector>, Option<Vec<Vector>>)>,
     pub times: Vec<f64>,
@@ -41,6 +46,24 @@ impl Viewer {
         let primitive = mesh.primitives().next().unwrap();
         let vectors = |accessor: Accessor<'_>| numbers::<3>(&accessor, &bin);
         let attribute = |semantic| primitive.get(&semantic);
+        let (mut indices, mut materials) = (Vec::new(), Vec::new());
+        for part in mesh.primitives() {
+            // All primitives have the same vertices and targets.
+            assert!(
+                part.attributes()
+                    .map(|(semantic, accessor)| (semantic, accessor.index()))
+                    .eq(primitive.attributes().map(|(semantic, accessor)| (semantic, accessor.index())))
+            );
+            let of_targets = |primitive: &gltf::Primitive<'_>| -> Vec<_> {
+                let index = |accessor: Option<Accessor<'_>>| accessor.map(|accessor| accessor.index());
+                primitive.morph_targets().map(|t| [index(t.positions()), index(t.normals())]).collect()
+            };
+            assert_eq!(of_targets(&part), of_targets(&primitive));
+            let corners = numbers::<1>(&part.indices().unwrap(), &bin).into_flattened();
+            let name = part.material().name().unwrap().to_owned();
+            materials.resize(materials.len() + corners.len() / 3, name);
+            indices.extend(corners.into_iter().map(|corner| corner as usize));
+        }
         let targets = primitive.morph_targets().map(|target| {
             assert!(target.tangents().is_none());
             (vectors(target.positions().unwrap()), target.normals().map(vectors))
@@ -64,12 +87,10 @@ impl Viewer {
             positions: vectors(attribute(Semantic::Positions).unwrap()),
             normals: attribute(Semantic::Normals).map(vectors),
             uvs: attribute(Semantic::TexCoords(0)).map(|accessor| numbers::<2>(&accessor, &bin)),
-            ids: numbers::<1>(&attribute(Semantic::Extras("VERTEX_ID".into())).unwrap(), &bin)
-                .into_flattened(),
-            indices: numbers::<1>(&primitive.indices().unwrap(), &bin)
-                .iter()
-                .map(|[i]| *i as usize)
-                .collect(),
+            ids: ids(&document, attribute(Semantic::Extras("VERTEX_ID".into())).map(vectors)),
+            indices,
+            materials,
+            weights_at_rest: mesh.weights().unwrap_or_default().iter().map(|&x| x.into()).collect(),
             targets: targets.collect(),
             times,
             weights,
@@ -116,6 +137,19 @@ impl Viewer {
         let scene = self.document.default_scene().unwrap();
         serde_json::from_str(scene.extras().as_ref().unwrap().get()).unwrap()
     }
+}
+
+/// The number of each vertex in the neutral, as the scene's extras state it. An attribute says the same.
+fn ids(document: &Document, attribute: Option<Vec<Vector>>) -> Vec<f64> {
+    let extras = document.default_scene().unwrap().extras().clone().unwrap();
+    let extras: Value = serde_json::from_str(extras.get()).unwrap();
+    let copies = extras["copies"].as_array().cloned().unwrap_or_default();
+    let originals = (0..extras["vertices"].as_u64().unwrap()).map(|id| id as f64);
+    let ids: Vec<f64> = originals.chain(copies.iter().map(|id| id.as_f64().unwrap())).collect();
+    if let Some(attribute) = attribute {
+        assert!(attribute.iter().copied().eq(ids.iter().map(|&id| [id, 0.0, 0.0])));
+    }
+    ids
 }
 
 pub(super) fn transform(matrix: &Matrix, [x, y, z]: Vector) -> Vector {

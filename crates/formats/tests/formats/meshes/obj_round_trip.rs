@@ -36,7 +36,8 @@ fn meshes() -> impl Strategy<Value = Mesh> {
                     continue;
                 }
                 let name = format!("skin {}", polygon[0].1 % 3);
-                let index = materials.names().position(|n| n == name).unwrap_or_else(|| {
+                let known = materials.list.iter().position(|material| material.name == name);
+                let index = known.unwrap_or_else(|| {
                     materials.list.push(Material::new(name));
                     materials.list.len() - 1
                 });
