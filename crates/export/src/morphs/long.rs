@@ -22,7 +22,9 @@ const SHORT: usize = 600;
 const FIRST: usize = 300;
 /// How many frames join at a time, at most.
 const MORE: usize = 200;
-/// After the first search, only frames with an error above this part of the bound are looked at. All frames are
+/// After the first search, at most so many frames are looked at, evenly spaced.
+const GLANCE: usize = 2000;
+/// After each further search, only frames with an error above this part of the bound are looked at. All frames are
 /// looked at when none of these is beyond the bound.
 const NEAR: f64 = 0.9;
 /// How many times frames join in [`nearest`], at most.
@@ -75,7 +77,7 @@ pub(super) fn fewest(
         return Ok(None);
     };
     // The frames whose weights are looked for.
-    let mut looked_at = all.clone();
+    let mut looked_at: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(GLANCE)).collect();
     loop {
         frames.choose_all();
         let found = all_weights(frames, &fit, &gram, &chosen, &looked_at, bound, progress)?;
