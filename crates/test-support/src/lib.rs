@@ -20,6 +20,6 @@ pub mod split;
 pub use data::{installed, python, python_usd_24_3, root, shared};
 pub use glb::glb;
 pub use logged::Logged;
-pub use memory::{peak, peak_of, resident};
+pub use memory::{peak, peak_of, processor_seconds, resident};
 pub use rigs::{changed, triangle};
 pub use skip::{FORBID_SKIPS, skip};

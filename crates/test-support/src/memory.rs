@@ -1,4 +1,4 @@
-//! The memory of a process, from Linux's `/proc`.
+//! The memory and the processor time of a process, from Linux's `/proc`.
 
 /// The bytes of this process that are in memory now.
 ///
@@ -19,6 +19,18 @@ pub fn peak() -> u64 {
 /// The same as [`peak`], for another process; `None` once it has ended.
 pub fn peak_of(process: u32) -> Option<u64> {
     status(&process.to_string(), "VmHWM:")
+}
+
+/// The seconds that all threads of this process have computed.
+///
+/// # Panics
+/// Where there is no `/proc`.
+pub fn processor_seconds() -> f64 {
+    let stat = std::fs::read_to_string("/proc/self/stat").expect("/proc/self/stat");
+    // The name, in parentheses, may have spaces. User and system time are the 12th and 13th word after it.
+    let words = stat.rsplit(')').next().unwrap_or_default().split_whitespace();
+    let ticks: f64 = words.skip(11).take(2).map(|word| word.parse::<f64>().expect("ticks")).sum();
+    ticks / 100.0
 }
 
 fn status(process: &str, key: &str) -> Option<u64> {

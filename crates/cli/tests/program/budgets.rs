@@ -224,7 +224,7 @@ fn what_is_named_many_times_is_kept_once() {
     }
 }
 
-/// Few targets are found by comparing every frame with every other.
+/// A take whose frames are too many to compare every one with every other.
 #[test]
 fn compressing_a_long_take() {
     let f = Fixture::new();
@@ -232,9 +232,10 @@ fn compressing_a_long_take() {
     f.write("long.csv", f.take(3_000));
     for options in ["a.glb --compressed", "a.glb --shapes 8", "a.usd --shapes 8"] {
         let command = format!("animate face.safetensors long.csv --device cpu:0 -o out/{options}");
-        soon(&f, &command, 2, "3000 frames are more than the 2048");
+        soon(&f, &command, 0, "");
+        let (file, _) = options.split_once(' ').unwrap();
+        f.done(&format!("verify out/{file} --rig face.safetensors --take long.csv --device cpu:0"));
     }
-    f.assert_nothing_written();
 }
 
 /// Numbers with which nothing can be computed.

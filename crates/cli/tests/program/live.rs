@@ -321,13 +321,8 @@ fn frames_of_another_rig_are_no_recording() {
 #[test]
 fn a_recording_that_no_file_can_hold_is_not_begun() {
     let f = solved();
-    for (options, words) in [
-        ("--frames 300 -o out/face.glb", "300 frames with a morph target each"),
-        ("--frames 3000 -o out/face.glb --compressed", "3000 frames are more than the 2048"),
-    ] {
-        let command = format!("animate face.safetensors --listen 127.0.0.1:0 --device cpu:0 {options}");
-        f.refused(&command, &[words]);
-    }
+    let command = "animate face.safetensors --listen 127.0.0.1:0 --device cpu:0 --frames 300 -o out/face.glb";
+    f.refused(command, &["300 frames with a morph target each"]);
 }
 
 /// A recording is on disk while it is recorded, and stays when its output cannot be written.

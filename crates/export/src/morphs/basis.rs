@@ -16,9 +16,9 @@ const STEPS: usize = 200;
 
 /// `Y ≈ W T`; the first column of W is 1.
 pub(super) struct Basis {
-    /// The orthonormal columns of the fit, F×n.
+    /// F×n: orthonormal columns that span those of W.
     pub q: Mat<f64>,
-    /// n×n: T is this times Qᵀ Y.
+    /// n×n: with this times Qᵀ X, W comes as near as possible to any X.
     pub turn: Mat<f64>,
     /// F×n.
     pub weights: Mat<f64>,
@@ -26,11 +26,12 @@ pub(super) struct Basis {
     pub t: Vec<f32>,
 }
 
-/// Turns a fit.
+/// Turns a fit. `all` has the weights of all frames, for the fit's T. The fit may be for some of the frames: the
+/// design needs the most different ones only.
 ///
 /// # Errors
 /// As [`eigen`].
-pub(super) fn turn(fit: Fit) -> Result<Basis> {
+pub(super) fn turn(fit: Fit, all: &Mat<f64>) -> Result<Basis> {
     let Fit { q, mut t, .. } = fit;
     let n = q.ncols();
     let l = cholesky(&moment(&q, &design(&q)));
@@ -42,8 +43,10 @@ pub(super) fn turn(fit: Fit) -> Result<Basis> {
         _ => axes[(i - 1, j - 1)],
     });
     let turn = product(axes.transpose(), l.transpose());
-    let weights = product(solve(&l, &q).as_ref(), axes.as_ref());
+    let weights = product(solve(&l, all).as_ref(), axes.as_ref());
     follow(&mut t, &turn, n);
+    let c = cholesky(&product(all.transpose(), all.as_ref()));
+    let (q, turn) = (solve(&c, all), solve(&c, &turn));
     Ok(Basis { q, turn, weights, t })
 }
 
@@ -68,7 +71,7 @@ fn design(q: &Mat<f64>) -> Vec<f64> {
 }
 
 /// The lower triangle L with `L Lᵀ = h`, for a positive definite h.
-fn cholesky(h: &Mat<f64>) -> Mat<f64> {
+pub(super) fn cholesky(h: &Mat<f64>) -> Mat<f64> {
     let n = h.nrows();
     let mut l = Mat::<f64>::zeros(n, n);
     for j in 0..n {
@@ -82,7 +85,7 @@ fn cholesky(h: &Mat<f64>) -> Mat<f64> {
 }
 
 /// `Q L⁻ᵀ`.
-fn solve(l: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
+pub(super) fn solve(l: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
     let n = l.nrows();
     let mut w = q.clone();
     for j in 0..n {

@@ -53,20 +53,23 @@ pub(super) fn project(
     center: &[f32],
     q: &Mat<f64>,
 ) -> Result<Vec<f32>> {
-    let (f, n) = (q.nrows(), q.ncols());
+    let n = q.ncols();
+    let numbers = 3 * frames.vertices();
     let q = narrow(q);
-    let mut t = vec![0.0; n * 3 * frames.vertices()];
-    for first in frames.blocks() {
-        let block = frames.block(attribute, first, center)?;
-        t[3 * first * n..][..3 * block.count * n]
-            .par_chunks_mut(3 * TASK * n)
-            .zip(block.values.par_chunks(3 * TASK * f))
-            .for_each(|(t, y)| {
-                let columns = t.len() / n;
-                let y = MatRef::from_column_major_slice(y, f, columns);
-                let t = MatMut::from_column_major_slice_mut(t, n, columns);
-                matmul(t, Accum::Replace, q.transpose(), y, 1.0, Par::Seq);
-            });
+    let mut t = vec![0.0; n * numbers];
+    for range in frames.batches() {
+        let mut values = frames.batch(attribute, range.clone())?;
+        values.par_chunks_mut(numbers.max(1)).for_each(|frame| {
+            frame.iter_mut().zip(center).for_each(|(x, center)| *x -= center);
+        });
+        let y = MatRef::from_row_major_slice(&values, range.len(), numbers);
+        let q = q.subrows(range.start, range.len());
+        t.par_chunks_mut(3 * TASK * n).enumerate().for_each(|(task, t)| {
+            let columns = t.len() / n;
+            let y = y.subcols(task * 3 * TASK, columns);
+            let t = MatMut::from_column_major_slice_mut(t, n, columns);
+            matmul(t, Accum::Add, q.transpose(), y, 1.0, Par::Seq);
+        });
     }
     Ok(t)
 }

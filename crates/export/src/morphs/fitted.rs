@@ -3,12 +3,10 @@
 
 use super::basis::Basis;
 use super::factors::{follow, project};
-use super::frames::{Attribute, Frames, TASK};
-use super::linear::product;
+use super::frames::{Attribute, Frames};
+use super::parts::{Moving, Part, for_each};
 use super::span::Span;
 use super::values::Fitted;
-use faer::{Mat, MatRef};
-use rayon::prelude::*;
 use rhytid_core::Result;
 
 /// Fits attribute `extra` of all frames to the weights. Those of column k end at `tops[k]`.
@@ -39,40 +37,26 @@ pub(super) fn fit(
     let targets: Vec<Vec<f32>> = (0..k).map(target).collect();
 
     let f = frames.frames();
-    let weights = Mat::from_fn(f, k, |i, j| f64::from(weights[i * k + j]));
-    let (mut worst, mut sum) = (0.0_f64, 0.0);
-    for first in frames.blocks() {
-        let block = frames.block(Attribute::Extra(extra), first, &zero)?;
-        let parts: Vec<(f64, f64)> = block
-            .values
-            .par_chunks(3 * TASK * f)
-            .enumerate()
-            .map(|(part, values)| {
-                let start = 3 * (first + part * TASK);
-                let columns = values.len() / f;
-                let t: Vec<f64> = (start..start + columns)
-                    .flat_map(|i| targets.iter().map(move |target| f64::from(target[i])))
-                    .collect();
-                let moved = product(weights.as_ref(), MatRef::from_column_major_slice(&t, k, columns));
-                let (mut worst, mut sum) = (0.0_f64, 0.0);
-                for v in 0..columns / 3 {
-                    for frame in 0..f {
-                        let square = |column: usize| {
-                            let stored = f64::from(base[start + column]) + moved[(frame, column)];
-                            (stored - f64::from(values[column * f + frame])).powi(2)
-                        };
-                        let square: f64 = (3 * v..3 * v + counted).map(square).sum();
-                        worst = worst.max(square);
-                        sum += square;
-                    }
-                }
-                (worst, sum)
-            })
-            .collect();
-        for part in parts {
-            worst = worst.max(part.0);
-            sum += part.1;
+    let target = |k: usize, i: usize| f64::from(targets[k][i]);
+    let moving = Moving { target, targets: k, weights };
+    let look = |part: &Part<'_>| {
+        let base = &base[3 * part.vertex..][..3 * part.vertices];
+        let (mut worst, mut sum) = (0.0_f64, 0.0);
+        for frame in part.frames.clone() {
+            let (moved, given) = (part.moved(frame), part.given(frame));
+            for v in 0..part.vertices {
+                let square = |i: usize| (f64::from(base[i]) + moved[i] - f64::from(given[i])).powi(2);
+                let square: f64 = (3 * v..3 * v + counted).map(square).sum();
+                worst = worst.max(square);
+                sum += square;
+            }
         }
-    }
+        (worst, sum)
+    };
+    let (mut worst, mut sum) = (0.0_f64, 0.0);
+    for_each(frames, Attribute::Extra(extra), &moving, look, |part| {
+        worst = worst.max(part.0);
+        sum += part.1;
+    })?;
     Ok(Fitted { base, targets, worst: worst.sqrt(), rms: (sum / (f * frames.vertices()) as f64).sqrt() })
 }

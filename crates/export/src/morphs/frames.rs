@@ -1,11 +1,14 @@
-//! The frames in a file, read back in blocks of vertices with all their frames.
+//! The frames in a file. They are read back in blocks of vertices with all their frames, or in batches of frames
+//! with all their vertices.
 
+use super::sketches::Sketches;
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result};
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom, Write};
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Memory for a block of vertices, in bytes.
@@ -17,6 +20,9 @@ pub(super) const TASK: usize = 256;
 /// Frames read before they are put in their columns.
 const ROWS: usize = 16;
 
+/// The fewest frames of a batch. With fewer, the work is limited by how fast the shapes are read.
+const LEAST_BATCH: usize = 16;
+
 /// The frames of an animation, kept in a file: memory does not grow with their number.
 #[derive(Debug)]
 pub struct Frames {
@@ -26,7 +32,11 @@ pub struct Frames {
     normals: bool,
     /// Of each other attribute how many of its three numbers count.
     extras: Vec<usize>,
-    frames: usize,
+    /// How many frames are in the file.
+    all: usize,
+    /// The frames that are looked at, in ascending order; `None` for all.
+    chosen: Option<Vec<usize>>,
+    sketches: Sketches,
 }
 
 /// The Gram matrix of the frames, summed over all components of all vertices.
@@ -94,7 +104,8 @@ impl Frames {
     /// `spool` is an empty file that only this uses (`AtomicFile::spool`). `path` is the output, for
     /// messages.
     pub fn new(spool: File, path: &Path, vertices: usize, normals: bool, extras: Vec<usize>) -> Self {
-        Self { spool, path: path.to_owned(), vertices, normals, extras, frames: 0 }
+        let sketches = Sketches::default();
+        Self { spool, path: path.to_owned(), vertices, normals, extras, all: 0, chosen: None, sketches }
     }
 
     /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and
@@ -114,8 +125,29 @@ impl Frames {
         for values in [Some(positions), normals].into_iter().flatten().chain(extras) {
             self.spool.write_all(bytemuck::cast_slice(values)).map_err(Error::io(&self.path))?;
         }
-        self.frames += 1;
+        self.sketches.push(positions);
+        self.all += 1;
         Ok(())
+    }
+
+    /// From now on, only these frames are there: ascending numbers of frames that were pushed.
+    pub(super) fn choose(&mut self, frames: Vec<usize>) {
+        self.chosen = Some(frames);
+    }
+
+    /// From now on, all frames are there again.
+    pub(super) fn choose_all(&mut self) {
+        self.chosen = None;
+    }
+
+    /// A small vector for each frame that was pushed.
+    pub(super) fn sketches(&self) -> &Sketches {
+        &self.sketches
+    }
+
+    /// The number, counted among all, of the frame that is counted as `frame` among those that are there.
+    fn number(&self, frame: usize) -> usize {
+        self.chosen.as_ref().map_or(frame, |chosen| chosen[frame])
     }
 
     /// The output's name.
@@ -128,9 +160,9 @@ impl Frames {
         self.vertices
     }
 
-    /// F.
+    /// F, the frames that are there.
     pub fn frames(&self) -> usize {
-        self.frames
+        self.chosen.as_ref().map_or(self.all, Vec::len)
     }
 
     /// Whether the frames have normals.
@@ -145,7 +177,7 @@ impl Frames {
 
     /// How many vertices a block has; the last one may have fewer.
     pub fn block_vertices(&self) -> usize {
-        (BLOCK_BYTES / (12 * self.frames.max(1))).next_multiple_of(TASK).min(self.vertices.max(1))
+        (BLOCK_BYTES / (12 * self.frames().max(1))).next_multiple_of(TASK).min(self.vertices.max(1))
     }
 
     /// Reads the block that begins with vertex `first`, less `center` (3V).
@@ -154,24 +186,14 @@ impl Frames {
     /// [`Error::Io`].
     pub fn block(&mut self, attribute: Attribute, first: usize, center: &[f32]) -> Result<Block> {
         let count = self.block_vertices().min(self.vertices - first);
-        let (frames, columns) = (self.frames, 3 * count);
+        let (frames, columns) = (self.frames(), 3 * count);
         let center = &center[3 * first..][..columns];
         let mut values = vec![0.0_f32; frames * columns];
         let mut rows = vec![0.0_f32; ROWS * columns];
-        let others = 1 + usize::from(self.normals);
-        let per_frame = others + self.extras.len();
-        let place = match attribute {
-            Attribute::Positions => 0,
-            Attribute::Normals => 1,
-            Attribute::Extra(extra) => others + extra,
-        };
         for frame in (0..frames).step_by(ROWS) {
             let some = ROWS.min(frames - frame);
             for (i, row) in rows.chunks_mut(columns).take(some).enumerate() {
-                let part = (frame + i) * per_frame + place;
-                let offset = 12 * (part as u64 * self.vertices as u64 + first as u64);
-                self.spool.seek(SeekFrom::Start(offset)).map_err(Error::io(&self.path))?;
-                self.spool.read_exact(bytemuck::cast_slice_mut(row)).map_err(Error::io(&self.path))?;
+                self.read(attribute, frame + i, first, row)?;
             }
             values.par_chunks_mut(frames).zip(center).enumerate().for_each(|(column, (values, &center))| {
                 for (i, value) in values[frame..frame + some].iter_mut().enumerate() {
@@ -180,6 +202,40 @@ impl Frames {
             });
         }
         Ok(Block { count, values })
+    }
+
+    /// Fills `numbers` with an attribute of a frame, from vertex `first` on.
+    fn read(&mut self, attribute: Attribute, frame: usize, first: usize, numbers: &mut [f32]) -> Result<()> {
+        let others = 1 + usize::from(self.normals);
+        let place = match attribute {
+            Attribute::Positions => 0,
+            Attribute::Normals => 1,
+            Attribute::Extra(extra) => others + extra,
+        };
+        let part = self.number(frame) * (others + self.extras.len()) + place;
+        let offset = 12 * (part as u64 * self.vertices as u64 + first as u64);
+        self.spool.seek(SeekFrom::Start(offset)).map_err(Error::io(&self.path))?;
+        self.spool.read_exact(bytemuck::cast_slice_mut(numbers)).map_err(Error::io(&self.path))
+    }
+
+    /// The batches that the frames are read in.
+    pub fn batches(&self) -> Vec<Range<usize>> {
+        let size = (BLOCK_BYTES / (12 * self.vertices.max(1))).max(LEAST_BATCH);
+        let frames = self.frames();
+        (0..frames).step_by(size).map(|first| first..frames.min(first + size)).collect()
+    }
+
+    /// Reads a batch: 3V numbers of each frame.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn batch(&mut self, attribute: Attribute, frames: Range<usize>) -> Result<Vec<f32>> {
+        let numbers = 3 * self.vertices;
+        let mut values = vec![0.0; frames.len() * numbers];
+        for (frame, row) in frames.zip(values.chunks_mut(numbers)) {
+            self.read(attribute, frame, 0, row)?;
+        }
+        Ok(values)
     }
 
     /// The first vertices of all blocks.
@@ -192,7 +248,7 @@ impl Frames {
     /// # Errors
     /// [`Error::Io`]; [`Error::Cancelled`].
     pub fn gram(&mut self, progress: &dyn Progress) -> Result<Gram> {
-        let frames = self.frames;
+        let frames = self.frames();
         let mut matrix = Mat::zeros(frames, frames);
         let mut center = Vec::with_capacity(3 * self.vertices);
         let mut moving = 0;

@@ -16,9 +16,11 @@
 //!   projects in turn onto the matrices within the bound and onto those of low rank (ADMM).
 //! - `active` does most of the work, on the vertices near the bound.
 //! - `search` finds the least rank for which `fit` succeeds.
+//! - `long` lets `search` look at some frames of a long take, chosen by their `sketches`. The other frames get
+//!   their `weights` one by one.
 //! - `basis` turns the result so that rounding does the least harm.
 //! - `rounding` makes the numbers of the file.
-//! - `measure` gives their distance from the frames that came in.
+//! - `measure` gives their distance from the frames that came in, in `parts`.
 
 mod active;
 mod basis;
@@ -27,22 +29,25 @@ mod fit;
 mod fitted;
 mod frames;
 mod linear;
+mod long;
 mod measure;
 mod normals;
+mod parts;
 mod rounding;
 mod search;
 mod settings;
+mod sketches;
 mod span;
 #[cfg(test)]
 mod tests;
 mod values;
+mod weights;
 
 pub use frames::Frames;
 pub use settings::Settings;
 pub use values::{Morphs, NormalsOff, Target, Values};
 
 use rhytid_core::{Error, Progress, Remedy, Result};
-use std::path::Path;
 
 /// The part of the bound that the truncation to few targets may use if integers need the rest.
 const SHARE_OF_TRUNCATION: f64 = 0.7;
@@ -52,26 +57,6 @@ const SHARE_OF_FLOATS: f64 = 0.98;
 /// How many bounds the truncation tries. Each is tighter than the last, because the rounding used more than
 /// what was left.
 const TRIES: usize = 4;
-
-/// The most frames that become few targets. Every frame is compared with every other one, so the work grows
-/// with the cube of their number: 2,048 frames take about 20 s, and twice as many three minutes.
-pub const MOST_FRAMES: usize = 2_048;
-
-/// Checks that so many frames can become few targets, before there are any.
-///
-/// # Errors
-/// [`Error::Input`] if they are more than [`MOST_FRAMES`].
-pub fn check_frames(frames: usize, path: &Path) -> Result<()> {
-    if frames <= MOST_FRAMES {
-        return Ok(());
-    }
-    Err(Error::too_large(format!(
-        "{}: {frames} frames are more than the {MOST_FRAMES} that are fitted by few targets: write .usd, or \
-         choose fewer frames",
-        path.display()
-    ))
-    .with_remedies(&[Remedy::FewerFrames]))
-}
 
 impl Frames {
     /// The fewest targets found that meet `settings.max_error`.
@@ -90,21 +75,18 @@ impl Frames {
                 settings.max_error
             )));
         }
-        let gram = self.gram(progress)?;
-        let start = linear::principal(&gram.matrix)?;
         let share = if settings.quantize { SHARE_OF_TRUNCATION } else { SHARE_OF_FLOATS };
         let mut bound = settings.max_error * share;
         for _ in 0..TRIES {
-            let Some(found) =
-                search::fewest(&mut self, &gram, &start, bound, settings.most_targets, progress)?
-            else {
-                if settings.most_targets < start.vectors.ncols() - 1 {
+            let Some(found) = long::fewest(&mut self, bound, settings.most_targets, progress)? else {
+                if settings.most_targets < self.frames() - 1 {
                     return Err(too_many(&path, settings));
                 }
                 break;
             };
-            let basis = basis::turn(found)?;
-            let morphs = rounding::round(&mut self, &gram, &basis, settings, progress)?;
+            let basis = basis::turn(found.fit, &found.weights)?;
+            let morphs =
+                rounding::round(&mut self, &found.center, &found.chosen, &basis, settings, progress)?;
             if morphs.worst.error <= settings.max_error {
                 return Ok(morphs);
             }
@@ -113,10 +95,14 @@ impl Frames {
                 break;
             }
         }
-        // With all columns, the only error is that of rounding.
-        let q = start.vectors;
-        let basis = basis::turn(factors::Fit::on(&mut self, &gram, q)?)?;
-        let finest = rounding::round(&mut self, &gram, &basis, settings, progress)?.worst.error;
+        // With all columns, the only error is that of rounding. The hardest frames have it too.
+        let chosen = long::first(&self);
+        let all: Vec<usize> = (0..chosen.len()).collect();
+        self.choose(chosen);
+        let gram = self.gram(progress)?;
+        let q = linear::principal(&gram.matrix)?.vectors;
+        let basis = basis::turn(factors::Fit::on(&mut self, &gram, q.clone())?, &q)?;
+        let finest = rounding::round(&mut self, &gram.center, &all, &basis, settings, progress)?.worst.error;
         Err(too_fine(&path, settings, 2.0 * finest))
     }
 }
@@ -136,14 +122,12 @@ impl Frames {
         if shapes == 0 {
             return Err(Error::out_of_range(format!("{path}: 0 shapes were asked for, expected at least 1")));
         }
-        let gram = self.gram(progress)?;
-        let start = linear::principal(&gram.matrix)?;
-        let (fit, bound) = search::nearest(&mut self, &gram, &start, shapes, progress)?;
-        let basis = basis::turn(fit)?;
+        let (found, bound) = long::nearest(&mut self, shapes, progress)?;
+        let basis = basis::turn(found.fit, &found.weights)?;
         // The rounding to integers may add a part of the error of the shapes.
         let max_error = (bound / SHARE_OF_TRUNCATION).max(f64::MIN_POSITIVE);
         let settings = Settings { max_error, most_targets: shapes, quantize };
-        rounding::round(&mut self, &gram, &basis, &settings, progress)
+        rounding::round(&mut self, &found.center, &found.chosen, &basis, &settings, progress)
     }
 }
 

@@ -8,7 +8,7 @@
 
 use super::basis::Basis;
 use super::fitted;
-use super::frames::{Frames, Gram};
+use super::frames::Frames;
 use super::measure::{Stored, measure, measure_normals};
 use super::normals::Normals;
 use super::settings::Settings;
@@ -45,13 +45,15 @@ struct Positions {
 }
 
 /// The numbers of the file and their error. The error may be beyond the bound: with integers only if no step
-/// is fine enough.
+/// is fine enough. Of each step, the frames of `hardest` are looked at first, and all only if these are within
+/// the bound.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Cancelled`].
 pub(super) fn round(
     frames: &mut Frames,
-    gram: &Gram,
+    center: &[f32],
+    hardest: &[usize],
     basis: &Basis,
     settings: &Settings,
     progress: &dyn Progress,
@@ -69,15 +71,26 @@ pub(super) fn round(
     let (positions, weights, worst, rms) = loop {
         progress.step(NAME, done as u64, tries as u64)?;
         let positions = if settings.quantize {
-            integers(gram, basis, &spans, size, settings.max_error, normals.as_ref())
+            integers(center, basis, &spans, size, settings.max_error, normals.as_ref())
         } else {
-            floats(gram, basis, &spans)
+            floats(center, basis, &spans)
         };
         let weights = weights(basis, &spans, &positions.tops);
         let Positions { scale, translation, ref base, ref targets, .. } = positions;
         let stored = Stored { scale, translation, base, targets, weights: &weights };
-        let (worst, rms): (Worst, f64) = measure(frames, &stored)?;
         done += 1;
+        if done < tries && hardest.len() < frames.frames() {
+            let k = targets.len();
+            let some: Vec<f32> = hardest.iter().flat_map(|&i| &weights[i * k..][..k]).copied().collect();
+            frames.choose(hardest.to_vec());
+            let worst = measure(frames, &Stored { weights: &some, ..stored })?.0;
+            frames.choose_all();
+            if worst.error > settings.max_error {
+                size *= FINER;
+                continue;
+            }
+        }
+        let (worst, rms): (Worst, f64) = measure(frames, &stored)?;
         if worst.error <= settings.max_error || done == tries {
             break (positions, weights, worst, rms);
         }
@@ -117,29 +130,29 @@ fn weights(basis: &Basis, spans: &[Span], tops: &[f64]) -> Vec<f32> {
 }
 
 /// Component i of the base mesh, if column k moves component i by `offset(k)` for each unit of its weights.
-fn base(gram: &Gram, basis: &Basis, spans: &[Span], i: usize, offset: impl Fn(usize) -> f64) -> f64 {
+fn base(center: &[f32], basis: &Basis, spans: &[Span], i: usize, offset: impl Fn(usize) -> f64) -> f64 {
     let n = spans.len() + 1;
     let zero: f64 = spans.iter().enumerate().map(|(k, span)| span.zero * offset(k)).sum();
-    f64::from(gram.center[i]) + f64::from(basis.t[i * n]) + zero
+    f64::from(center[i]) + f64::from(basis.t[i * n]) + zero
 }
 
-fn floats(gram: &Gram, basis: &Basis, spans: &[Span]) -> Positions {
+fn floats(center: &[f32], basis: &Basis, spans: &[Span]) -> Positions {
     let n = spans.len() + 1;
-    let components = 0..gram.center.len();
+    let components = 0..center.len();
     let exact = |i: usize, k: usize| f64::from(basis.t[i * n + k + 1]);
     let target = |(k, span): (usize, &Span)| {
         Values::F32(components.clone().into_par_iter().map(|i| (exact(i, k) * span.range) as f32).collect())
     };
     let targets = spans.iter().enumerate().map(target).collect();
     let base =
-        components.clone().into_par_iter().map(|i| base(gram, basis, spans, i, |k| exact(i, k)) as f32);
+        components.clone().into_par_iter().map(|i| base(center, basis, spans, i, |k| exact(i, k)) as f32);
     let base = Values::F32(base.collect());
     Positions { scale: 1.0, translation: [0.0; 3], base, targets, tops: vec![1.0; spans.len()] }
 }
 
 /// `size` is the step in mesh units for a unit of a column's weights.
 fn integers(
-    gram: &Gram,
+    center: &[f32],
     basis: &Basis,
     spans: &[Span],
     size: f64,
@@ -147,7 +160,7 @@ fn integers(
     normals: Option<&Normals>,
 ) -> Positions {
     let n = spans.len() + 1;
-    let components = 0..gram.center.len();
+    let components = 0..center.len();
     let exact = |i: usize, k: usize| f64::from(basis.t[i * n + k + 1]);
     let reach: Vec<f64> = (0..spans.len())
         .map(|k| {
@@ -159,7 +172,7 @@ fn integers(
     // The box of the base mesh. Rounding the targets moves the base a little, hence the margin.
     let mut bounds = [[f64::INFINITY, f64::NEG_INFINITY]; 3];
     let smooth: Vec<f64> =
-        components.clone().into_par_iter().map(|i| base(gram, basis, spans, i, |k| exact(i, k))).collect();
+        components.clone().into_par_iter().map(|i| base(center, basis, spans, i, |k| exact(i, k))).collect();
     for (i, x) in smooth.into_iter().enumerate() {
         let [low, high] = &mut bounds[i % 3];
         (*low, *high) = (low.min(x), high.max(x));
@@ -196,7 +209,7 @@ fn integers(
     let base = components
         .clone()
         .into_par_iter()
-        .map(|i| (base(gram, basis, spans, i, |k| rounded(i, k)) - f64::from(translation[i % 3])) / extent);
+        .map(|i| (base(center, basis, spans, i, |k| rounded(i, k)) - f64::from(translation[i % 3])) / extent);
     let base = if 3.0_f64.sqrt() / 2.0 * extent / 32767.0 <= SHARE_OF_BASE * max_error {
         Values::I16(base.map(to_i16).collect())
     } else {

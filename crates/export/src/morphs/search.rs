@@ -14,9 +14,9 @@ const FIRST_GUESS: f64 = 0.15;
 /// Fits that the search is expected to take, for progress reports.
 const FITS: usize = 8;
 
-/// Searches from 0 to `most` targets; `None` if `most` do not suffice.
+/// Searches from `least` to `most` targets; `None` if `most` do not suffice.
 ///
-/// The search goes in growing steps from a first guess until it has a number that suffices and one that does
+/// The search goes in growing steps from `least`, or from a first guess if `least` is 0, until it has a number that suffices and one that does
 /// not. Then it bisects. The first fits start from principal components. Once a number suffices, each fit
 /// starts from the smallest fit that sufficed, less its last columns.
 ///
@@ -28,6 +28,7 @@ pub(super) fn fewest(
     start: &Eigen,
     bound: f64,
     most: usize,
+    mut least: usize,
     progress: &dyn Progress,
 ) -> Result<Option<Fit>> {
     const NAME: &str = "find morph targets";
@@ -48,11 +49,11 @@ pub(super) fn fewest(
         log::debug!("{targets} morph targets: {}", if found.is_some() { "enough" } else { "too few" });
         Ok::<_, rhytid_core::Error>(found)
     };
-    let mut next = guess(gram, start, bound).min(most);
-    let mut stride = (next / 12).max(1);
+    let first = if least > 0 { least } else { guess(gram, start, bound) };
+    let mut next = first.min(most);
+    let mut stride = if least > 0 { 2 } else { (next / 12).max(1) };
     let mut best: Option<(usize, Fit)> = None;
-    // All numbers below this are too few.
-    let mut least = 0;
+    // All numbers below `least` are too few.
     loop {
         match attempt(next, best.as_ref().map(|best| &best.1))? {
             Some(found) => best = Some((next, found)),
@@ -75,16 +76,17 @@ pub(super) fn fewest(
 /// The most bounds that are tried for one number of targets.
 const BOUNDS: usize = 8;
 /// The search stops when the least bound met is less than this times the largest bound missed.
-const CLOSE: f64 = 1.04;
+pub(super) const CLOSE: f64 = 1.04;
 
 /// The first bound that is tried, as a part of the error of the principal components.
 const FIRST_BOUND: f64 = 0.5;
 
 /// The least bound found that so many targets meet, in mesh units, and a fit within that bound.
 ///
-/// The first bound is [`FIRST_BOUND`] times the error of as many principal components. Until a bound is
-/// missed, each further one is this part of the last error met. Then it is the geometric mean of the last
-/// error met and the last bound missed.
+/// Without `near`, the first bound is [`FIRST_BOUND`] times the error of as many principal components. Until a
+/// bound is missed, each further one is this part of the last error met. Then it is the geometric mean of the
+/// last error met and the last bound missed. With `near`, this is the first bound, and bounds [`CLOSE`] below it
+/// are known to be missed.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
@@ -93,18 +95,24 @@ pub(super) fn nearest(
     gram: &Gram,
     start: &Eigen,
     targets: usize,
+    near: Option<f64>,
     progress: &dyn Progress,
 ) -> Result<(Fit, f64)> {
     const NAME: &str = "fit morph targets";
     let columns = start.vectors.ncols().min(targets.saturating_add(1));
     let mut best = Fit::on(frames, gram, start.vectors.subcols(0, columns).to_owned())?;
     let mut centred = Centred::new(frames, gram);
-    let (mut met, mut missed) = (fit::worst(&mut centred, &best)?, 0.0);
+    let mut met = fit::worst(&mut centred, &best)?;
+    let mut missed = near.map_or(0.0, |near| near / CLOSE);
     let total = (BOUNDS * fit::ROUNDS) as u64;
     // With all columns, the only error is that of rounding.
     let tries = if columns == start.vectors.ncols() || met == 0.0 { 0 } else { BOUNDS };
     for i in 0..tries {
-        let bound = if missed > 0.0 { (met * missed).sqrt() } else { FIRST_BOUND * met };
+        let bound = match near {
+            Some(near) if i == 0 => near,
+            _ if missed > 0.0 => (met * missed).sqrt(),
+            _ => FIRST_BOUND * met,
+        };
         let mut tick = |round: usize| progress.step(NAME, (i * fit::ROUNDS + round) as u64, total);
         match fit::fit(&mut centred, best.clone(), bound, &mut tick)? {
             Some(found) => {

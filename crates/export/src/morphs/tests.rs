@@ -468,6 +468,68 @@ fn the_number_of_threads_does_not_matter() {
     assert_eq!(one, on(5));
 }
 
+#[test]
+fn the_number_of_threads_does_not_matter_for_a_long_take() {
+    let mut animation = long(640);
+    let mut random = Random(5);
+    animation.iter_mut().flatten().for_each(|x| *x += (0.01 * random.next().powi(5)) as f32);
+    let on = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| compress(&animation, settings(0.012, true)).unwrap())
+    };
+    assert_eq!(on(1), on(3));
+}
+
+/// More frames than the first search looks at. Two vertices move alone, each in a few frames, and so little that
+/// hardly any comparison of whole frames would show it.
+fn long(frames: usize) -> Vec<Vec<f32>> {
+    let mut animation = made_up(frames, 60, 6);
+    for (vertex, alone) in [(5, 217..219), (33, frames - 20..frames - 18)] {
+        animation[alone].iter_mut().for_each(|frame| frame[3 * vertex] += 0.08);
+    }
+    animation
+}
+
+#[test]
+fn a_long_take_is_within_the_bound_in_every_frame() {
+    let animation = long(2100);
+    for (quantize, bound) in [(false, 0.01), (true, 0.02)] {
+        let morphs = compress(&animation, settings(bound, quantize)).unwrap();
+        assert_eq!(morphs.targets.len(), 8, "6 shapes, and one for each vertex that moves alone");
+    }
+    let few = Settings { most_targets: 7, ..settings(0.01, false) };
+    let error = compress(&animation, few).unwrap_err().to_string();
+    assert!(error.contains("more than 7 morph targets"), "{error}");
+}
+
+/// Beside the search that compares all frames, with motion that is not of low rank.
+#[test]
+fn a_long_take_needs_hardly_more_targets_than_if_all_its_frames_are_compared() {
+    let mut animation = made_up(640, 40, 6);
+    let mut random = Random(9);
+    for bump in 0..30 {
+        let (vertex, frame) = ((bump * 37) % 32, (bump * 131) % 630);
+        for positions in &mut animation[frame..frame + 8] {
+            for x in &mut positions[3 * vertex..3 * (vertex + 6)] {
+                *x += (0.08 * random.next()) as f32;
+            }
+        }
+    }
+    let mut frames = spooled(&animation, None);
+    let gram = frames.gram(&NoProgress).unwrap();
+    let start = super::linear::principal(&gram.matrix).unwrap();
+    let bound = 0.05;
+    let of_all =
+        super::search::fewest(&mut frames, &gram, &start, bound, 256, 0, &NoProgress).unwrap().unwrap();
+    let of_all = of_all.q.ncols() - 1;
+    let found = compress(&animation, settings(bound / 0.98, false)).unwrap().targets.len();
+    assert!(found <= of_all + 1 + of_all / 20, "{found} targets, {of_all} if all frames are compared");
+
+    let nearest = super::search::nearest(&mut frames, &gram, &start, 10, None, &NoProgress).unwrap().1;
+    let worst = bake(&animation, 10, false).worst.error;
+    assert!(worst < 1.1 * nearest, "10 shapes are within {worst}, {nearest} if all frames are compared");
+}
+
 /// Cancels after some reports.
 struct Stops(AtomicUsize);
 

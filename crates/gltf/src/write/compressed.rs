@@ -6,7 +6,7 @@ use super::exact::Timing;
 use super::targets::most_targets;
 use crate::attributes::Attribute;
 use rhytid_core::{Progress, Result, channel};
-use rhytid_export::morphs::{Frames, Settings, check_frames};
+use rhytid_export::morphs::{Frames, Settings};
 use rhytid_export::{Deviation, Exporter, Frame, Options, Scene, Written};
 
 /// The base and the targets are chosen so that they reproduce every frame within a bound (see
@@ -41,7 +41,6 @@ impl Compressed {
         options: &Options,
         goal: Goal,
     ) -> Result<Self> {
-        check_frames(scene.frames, document.path())?;
         let spool = document.buffers.container.spool()?;
         let (constants, attributes): (Vec<_>, Vec<_>) =
             attributes.into_iter().partition(Attribute::is_constant);

@@ -7,7 +7,7 @@ use super::shapes::{bind, declare};
 use super::surface::{Surface, extent};
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
 use rhytid_core::{AtomicFile, Error, Progress, Result, RigidMotion, channel};
-use rhytid_export::morphs::{Frames, NormalsOff, Target, Values, check_frames};
+use rhytid_export::morphs::{Frames, NormalsOff, Target, Values};
 use rhytid_export::{Deviation, Exporter, Frame, Scene, Shape, Written};
 use std::path::{Path, PathBuf};
 
@@ -45,7 +45,6 @@ impl Baked {
                 others.join(", ")
             )));
         }
-        check_frames(scene.frames, path)?;
         let mut surface = Surface::new(scene, "SkelRoot")?;
         surface.play(scene, HEAD);
         let spool = AtomicFile::create(path)?.spool()?;

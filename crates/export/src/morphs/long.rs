@@ -1,0 +1,231 @@
+//! Shapes for takes of any length, found for some of the frames.
+//!
+//! The search of [`super::search`] compares every frame with every other one. So it looks at frames that are far
+//! from each other. Then [`super::weights`] looks for the weights of all frames. The frames that are farthest
+//! beyond the bound join those that the search looks at, and the search goes on from where it ended. Thus the
+//! frames that the search looks at become the hardest of the take. If shapes are too few for these frames, they
+//! are too few for the take.
+
+use super::basis::{cholesky, solve};
+use super::factors::{Fit, follow};
+use super::fit;
+use super::frames::{Centred, Frames, Gram};
+use super::linear::{self, product};
+use super::search;
+use super::weights;
+use faer::Mat;
+use rhytid_core::{Error, Progress, Result};
+
+/// A search looks at all frames of a take if they are at most so many.
+const SHORT: usize = 600;
+/// How many frames the first search of a longer take looks at.
+const FIRST: usize = 300;
+/// How many frames join at a time, at most.
+const MORE: usize = 200;
+/// After the first search, at most so many frames are looked at, evenly spaced.
+const GLANCE: usize = 2000;
+/// After each further search, only frames with an error above this part of the bound are looked at. All frames are
+/// looked at when none of these is beyond the bound.
+const NEAR: f64 = 0.9;
+/// How many times frames join in [`nearest`], at most.
+const JOINS: usize = 8;
+
+/// Shapes for all frames.
+pub(super) struct Solution {
+    /// The shapes, and the weights of the frames that the search looked at.
+    pub fit: Fit,
+    /// The mean that the shapes are relative to.
+    pub center: Vec<f32>,
+    /// The frames that the search looked at, in ascending order.
+    pub chosen: Vec<usize>,
+    /// The weights of all frames, F×n.
+    pub weights: Mat<f64>,
+}
+
+/// What [`all_weights`] finds.
+struct Found {
+    /// F×n; 0 for frames that were not looked at.
+    weights: Mat<f64>,
+    /// How far the worst vertex of each frame is from its place; 0 for frames that were not looked at, and for
+    /// those of the search.
+    errors: Vec<f64>,
+}
+
+/// The frames that the first search looks at, in ascending order.
+pub(super) fn first(frames: &Frames) -> Vec<usize> {
+    let all = frames.frames();
+    frames.sketches().spread(if all <= SHORT { all } else { FIRST })
+}
+
+/// The fewest shapes found that keep all vertices of all frames within the bound; `None` if `most` do not suffice.
+///
+/// # Errors
+/// As [`search::fewest`].
+pub(super) fn fewest(
+    frames: &mut Frames,
+    bound: f64,
+    most: usize,
+    progress: &dyn Progress,
+) -> Result<Option<Solution>> {
+    let all: Vec<usize> = (0..frames.frames()).collect();
+    let mut chosen = first(frames);
+    frames.choose(chosen.clone());
+    let mut gram = frames.gram(progress)?;
+    let start = linear::principal(&gram.matrix)?;
+    let Some(mut fit) = search::fewest(frames, &gram, &start, bound, most, 0, progress)? else {
+        frames.choose_all();
+        return Ok(None);
+    };
+    // The frames whose weights are looked for.
+    let mut looked_at: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(GLANCE)).collect();
+    loop {
+        frames.choose_all();
+        let found = all_weights(frames, &fit, &gram, &chosen, &looked_at, bound, progress)?;
+        let beyond = found.errors.iter().filter(|&&error| error > bound).count();
+        log::debug!(
+            "{} morph targets for {} frames: {beyond} of {} frames are beyond",
+            fit.q.ncols() - 1,
+            chosen.len(),
+            looked_at.len()
+        );
+        if beyond == 0 && looked_at.len() == all.len() {
+            return Ok(Some(Solution { fit, center: gram.center, chosen, weights: found.weights }));
+        }
+        if beyond == 0 {
+            looked_at.clone_from(&all);
+            continue;
+        }
+        let before = join(&mut chosen, &found.errors, bound);
+        looked_at = all.iter().copied().filter(|&i| found.errors[i] > NEAR * bound).collect();
+        frames.choose(chosen.clone());
+        let grown = grown(&fit, &before, &chosen, &found.weights);
+        let again = fit::fit(&mut Centred::new(frames, &gram), grown, bound, &mut tick(progress))?;
+        fit = match again {
+            Some(again) => again,
+            None => {
+                let least = fit.q.ncols() - 1;
+                gram = frames.gram(progress)?;
+                let start = linear::principal(&gram.matrix)?;
+                match search::fewest(frames, &gram, &start, bound, most, least, progress)? {
+                    Some(fit) => fit,
+                    None => {
+                        frames.choose_all();
+                        return Ok(None);
+                    }
+                }
+            }
+        };
+    }
+}
+
+/// At most `targets` shapes with the least bound found that all frames meet, and that bound.
+///
+/// # Errors
+/// As [`search::nearest`].
+pub(super) fn nearest(
+    frames: &mut Frames,
+    targets: usize,
+    progress: &dyn Progress,
+) -> Result<(Solution, f64)> {
+    let all: Vec<usize> = (0..frames.frames()).collect();
+    let mut chosen = first(frames);
+    frames.choose(chosen.clone());
+    let mut gram = frames.gram(progress)?;
+    let start = linear::principal(&gram.matrix)?;
+    let (mut fit, mut met) = search::nearest(frames, &gram, &start, targets, None, progress)?;
+    let mut best: Option<(Solution, f64)> = None;
+    for joins in 0.. {
+        frames.choose_all();
+        let found = all_weights(frames, &fit, &gram, &chosen, &all, met, progress)?;
+        let worst = found.errors.iter().copied().fold(met, f64::max);
+        log::debug!(
+            "{targets} morph targets: {} frames are within {met:.3e}, all within {worst:.3e}",
+            chosen.len()
+        );
+        if best.as_ref().is_none_or(|best| worst < best.1) {
+            let (center, weights) = (gram.center.clone(), found.weights.clone());
+            best = Some((Solution { fit: fit.clone(), center, chosen: chosen.clone(), weights }, worst));
+        }
+        if worst <= search::CLOSE * met || joins == JOINS {
+            break;
+        }
+        let before = join(&mut chosen, &found.errors, met);
+        frames.choose(chosen.clone());
+        let grown = grown(&fit, &before, &chosen, &found.weights);
+        let again = fit::fit(&mut Centred::new(frames, &gram), grown, met, &mut tick(progress))?;
+        if let Some(again) = again {
+            fit = again;
+        } else {
+            gram = frames.gram(progress)?;
+            let start = linear::principal(&gram.matrix)?;
+            (fit, met) = search::nearest(frames, &gram, &start, targets, Some(met), progress)?;
+        }
+    }
+    best.ok_or_else(|| Error::Internal("no search was made".into()))
+}
+
+/// Reports the rounds of a fit.
+fn tick(progress: &dyn Progress) -> impl FnMut(usize) -> Result<()> + '_ {
+    move |round| progress.step("fit the hardest frames", round as u64, fit::ROUNDS as u64)
+}
+
+/// The weights of the frames that are `looked_at`. The search has found those of the frames that it looked at.
+fn all_weights(
+    frames: &mut Frames,
+    fit: &Fit,
+    gram: &Gram,
+    chosen: &[usize],
+    looked_at: &[usize],
+    bound: f64,
+    progress: &dyn Progress,
+) -> Result<Found> {
+    let (all, n) = (frames.frames(), fit.q.ncols());
+    let (mut weights, mut errors) = (Mat::zeros(all, n), vec![0.0; all]);
+    let others: Vec<usize> = looked_at.iter().copied().filter(|i| chosen.binary_search(i).is_err()).collect();
+    if !others.is_empty() {
+        frames.choose(others.clone());
+        let found = weights::weights(frames, fit, &gram.center, bound, progress)?;
+        frames.choose_all();
+        for (i, &frame) in others.iter().enumerate() {
+            errors[frame] = found.errors[i];
+            (0..n).for_each(|j| weights[(frame, j)] = found.weights[(i, j)]);
+        }
+    }
+    for (i, &frame) in chosen.iter().enumerate() {
+        (0..n).for_each(|j| weights[(frame, j)] = fit.q[(i, j)]);
+    }
+    Ok(Found { weights, errors })
+}
+
+/// The frames farthest beyond the bound join the others, at most [`MORE`] of them. Neighbours are alike, so only
+/// the worst of those that follow each other joins. Returns the frames before.
+fn join(chosen: &mut Vec<usize>, errors: &[f64], bound: f64) -> Vec<usize> {
+    let before = chosen.clone();
+    let error = |i: Option<usize>| i.and_then(|i| errors.get(i)).copied().unwrap_or(0.0);
+    let mut peaks: Vec<usize> = Vec::new();
+    for i in 0..errors.len() {
+        if errors[i] > bound && errors[i] > error(i.checked_sub(1)) && errors[i] >= error(Some(i + 1)) {
+            peaks.push(i);
+        }
+    }
+    peaks.sort_by(|&a, &b| errors[b].total_cmp(&errors[a]).then(a.cmp(&b)));
+    chosen.extend(peaks.into_iter().take(MORE));
+    chosen.sort_unstable();
+    before
+}
+
+/// A fit of the frames `before` as a fit of the frames `chosen`, which contain them. `weights` has the weights of
+/// all frames.
+fn grown(fit: &Fit, before: &[usize], chosen: &[usize], weights: &Mat<f64>) -> Fit {
+    let n = fit.q.ncols();
+    let rows = Mat::from_fn(chosen.len(), n, |i, j| weights[(chosen[i], j)]);
+    let factor = cholesky(&product(rows.transpose(), rows.as_ref()));
+    let mut t = fit.t.clone();
+    follow(&mut t, &factor.transpose().to_owned(), n);
+    let mut multipliers = fit.multipliers.clone();
+    for multiplier in multipliers.iter_mut().flatten() {
+        let place = chosen.partition_point(|&frame| frame < before[multiplier.frame as usize]);
+        multiplier.frame = place as u32;
+    }
+    Fit { q: solve(&factor, &rows), t, multipliers }
+}
