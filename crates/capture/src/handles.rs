@@ -41,8 +41,8 @@ const COMPARED: usize = 240;
 /// Actors hold the neutral face so long at the start and at the end of a take, in seconds.
 const HELD: f64 = 0.5;
 
-/// In another frame the face lies at the same place of the mesh, up to so many metres. Otherwise it slid along
-/// the skin in one of the two, and nothing tells in which.
+/// In another frame the face lies at the same place of the mesh, up to so many metres. Otherwise it slid
+/// along the skin in one of the two, and nothing tells in which.
 const SAME: f64 = 0.005;
 
 /// With fewer markers nothing can be laid.

@@ -43,7 +43,7 @@ pub(crate) use solve::{Demo, Doctor, Solve};
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
 pub(crate) use values::{
-    Elsewhere, HeadChoice, Json, MaterialsChoice, ShapesChoice, StageChoice, TexturesChoice, UnitChoice,
+    Elsewhere, HeadChoice, Json, MaterialsChoice, ShapesChoice, StageChoice, UnitChoice,
 };
 #[cfg(feature = "view")]
 pub(crate) use view::View;

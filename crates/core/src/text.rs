@@ -36,7 +36,8 @@ pub fn bare_label(label: &str) -> String {
     label.rsplit(LABEL_SEPARATORS).next().unwrap_or(label).trim().to_lowercase()
 }
 
-/// What stands before the label of [`bare_label`], with its separator, such as `Anna:`; empty if nothing does.
+/// What stands before the label of [`bare_label`], with its separator, such as `Anna:`; empty if nothing
+/// does.
 pub fn label_prefix(label: &str) -> &str {
     // Each separator has one byte.
     label.rfind(LABEL_SEPARATORS).map_or("", |at| &label[..=at])

@@ -71,8 +71,8 @@ impl Companion {
     }
 }
 
-/// As [`Companion::finish`] for all companions of one file, which may be of several kinds. Without any, it just
-/// runs `main`.
+/// As [`Companion::finish`] for all companions of one file, which may be of several kinds. Without any, it
+/// just runs `main`.
 pub fn finish_all<T>(companions: Vec<Companion>, main: impl FnOnce() -> Result<T>) -> Result<T> {
     let Some(first) = companions.first() else { return main() };
     let (path, folder) = (first.main.clone(), folder_of(&first.main).to_owned());

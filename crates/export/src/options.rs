@@ -24,8 +24,8 @@ pub struct Options {
     pub one_material: bool,
     /// The name of the animation, such as that of the take; `None` for the mesh's name.
     pub clip: Option<String>,
-    /// What becomes of the textures of materials; `None` for what suits the format: [`TextureFiles::Embed`] in
-    /// `.glb` and `.usdz`, else [`TextureFiles::Copy`].
+    /// What becomes of the textures of materials; `None` for what suits the format: [`TextureFiles::Embed`]
+    /// in `.glb` and `.usdz`, else [`TextureFiles::Copy`].
     pub textures: Option<TextureFiles>,
 }
 

@@ -1,9 +1,9 @@
 //! Channels in glTF: application-specific attributes on the mesh and on its targets. The crate `gltf` knows
 //! such attributes on meshes alone.
 //!
-//! Each attribute is a VEC3. Blender's importer takes the attributes in the random order of a set, and fails on
-//! two of different width if that order is not the file's. Viewers morph three numbers like colours. So channels of one number are packed three to an attribute, and the scene's
-//! extras say where each channel is.
+//! Each attribute is a VEC3. Blender's importer takes the attributes in the random order of a set, and fails
+//! on two of different width if that order is not the file's. Viewers morph three numbers like colours. So
+//! channels of one number are packed three to an attribute, and the scene's extras say where each channel is.
 
 use rhytid_core::ChannelKind;
 use rhytid_core::channel::{self, Channel, Interpolation, Quantity, Timing};

@@ -66,9 +66,9 @@ impl Frame {
         }
     }
 
-    /// The frame in a datagram that is a whole frame by itself. A marker with NaN for a coordinate was not seen,
-    /// and is left out. For any content, it uses no more memory than
-    /// a small multiple of the datagram's size.
+    /// The frame in a datagram that is a whole frame by itself. A marker with NaN for a coordinate was not
+    /// seen, and is left out. For any content, it uses no more memory than a small multiple of the datagram's
+    /// size.
     ///
     /// # Errors
     /// What is wrong with it, as the rest of a sentence that begins with "the datagram".

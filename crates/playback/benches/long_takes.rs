@@ -1,8 +1,9 @@
 //! How much processor time it takes to find few shapes for a long take of a real head.
 //!
 //! `cargo bench -p rhytid-playback --bench long_takes -- [FRAMES] [face|head] [MODE]`. The data are those of
-//! `../shared/data`. MODE is `floats` (the default), `integers`, or a number of shapes. Takes of more than 4,030
-//! frames repeat the capture. Each repetition mixes it with another moment of it, so that all frames differ.
+//! `../shared/data`. MODE is `floats` (the default), `integers`, or a number of shapes. Takes of more than
+//! 4,030 frames repeat the capture. Each repetition mixes it with another moment of it, so that all frames
+//! differ.
 
 use rhytid_core::{Example, Face, Progress, Result, Settings, Take, UpAxis};
 use rhytid_devices::{Guard, choose_devices};

@@ -6,7 +6,7 @@
 
 use crate::head::axes;
 use glam::DVec3;
-use rhytid_core::{Material, Materials, Rig, Surface, Tissue, VertexId};
+use rhytid_core::{Material, Materials, Rig, Surface, SurfacePoint, Tissue, VertexId};
 use rhytid_geometry::components;
 use std::collections::HashSet;
 
@@ -129,7 +129,7 @@ fn tissues(
         (part.low, part.high) = (part.low.min(at(v)), part.high.max(at(v)));
     }
     let mut has_handle = vec![false; count];
-    for v in rig.handles().points.iter().flat_map(|point| point.triangle()) {
+    for v in rig.handles().points.iter().flat_map(SurfacePoint::triangle) {
         has_handle[part_of[v.index()] as usize] = true;
     }
     // The farthest vertex of each part from each eye.

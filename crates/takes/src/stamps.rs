@@ -201,7 +201,8 @@ impl Stamps {
     }
 }
 
-/// Times in seconds. Steps as of milliseconds, microseconds or nanoseconds are taken for such, with a warning.
+/// Times in seconds. Steps as of milliseconds, microseconds or nanoseconds are taken for such, with a
+/// warning.
 fn seconds(mut times: Vec<f64>, warnings: &mut Vec<String>) -> Vec<f64> {
     /// Seconds between frames, from 250 down to 10 frames per second.
     const STEPS: std::ops::Range<f64> = 3.9e-3..0.101;

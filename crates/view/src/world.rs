@@ -44,8 +44,8 @@ impl World {
     pub(crate) fn frame(&mut self, frame: &LiveFrame<'_>, labels: &[String]) -> Option<Shown> {
         let mut markers = Vec::with_capacity(frame.positions.len());
         for (position, sure) in frame.positions.iter().zip(frame.confidence) {
-            // A marker that is held in the world is not where it is on the head. Many programs send 0, 0, 0 for
-            // what no camera sees, and no face is at the room's origin.
+            // A marker that is held in the world is not where it is on the head. Many programs send 0, 0, 0
+            // for what no camera sees, and no face is at the room's origin.
             let is_seen = *sure == 1.0 && *position != [0.0; 3];
             markers.push(if is_seen { position.map(f64::from) } else { RawTake::MISSING });
         }

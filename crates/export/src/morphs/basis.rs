@@ -26,8 +26,8 @@ pub(super) struct Basis {
     pub t: Vec<f32>,
 }
 
-/// Turns a fit. `all` has the weights of all frames, for the fit's T. The fit may be for some of the frames: the
-/// design needs the most different ones only.
+/// Turns a fit. `all` has the weights of all frames, for the fit's T. The fit may be for some of the frames:
+/// the design needs the most different ones only.
 ///
 /// # Errors
 /// As [`eigen`].

@@ -1,5 +1,5 @@
-//! The frames in a file. They are read back in blocks of vertices with all their frames, or in batches of frames
-//! with all their vertices.
+//! The frames in a file. They are read back in blocks of vertices with all their frames, or in batches of
+//! frames with all their vertices.
 
 use super::sketches::Sketches;
 use faer::linalg::matmul::matmul;

@@ -1,10 +1,10 @@
 //! Shapes for takes of any length, found for some of the frames.
 //!
-//! The search of [`super::search`] compares every frame with every other one. So it looks at frames that are far
-//! from each other. Then [`super::weights`] looks for the weights of all frames. The frames that are farthest
-//! beyond the bound join those that the search looks at, and the search goes on from where it ended. Thus the
-//! frames that the search looks at become the hardest of the take. If shapes are too few for these frames, they
-//! are too few for the take.
+//! The search of [`super::search`] compares every frame with every other one. So it looks at frames that are
+//! far from each other. Then [`super::weights`] looks for the weights of all frames. The frames that are
+//! farthest beyond the bound join those that the search looks at, and the search goes on from where it ended.
+//! Thus the frames that the search looks at become the hardest of the take. If shapes are too few for these
+//! frames, they are too few for the take.
 
 use super::basis::{cholesky, solve};
 use super::factors::{Fit, follow};
@@ -24,8 +24,8 @@ const FIRST: usize = 300;
 const MORE: usize = 200;
 /// After the first search, at most so many frames are looked at, evenly spaced.
 const GLANCE: usize = 2000;
-/// After each further search, only frames with an error above this part of the bound are looked at. All frames are
-/// looked at when none of these is beyond the bound.
+/// After each further search, only frames with an error above this part of the bound are looked at. All
+/// frames are looked at when none of these is beyond the bound.
 const NEAR: f64 = 0.9;
 /// How many times frames join in [`nearest`], at most.
 const JOINS: usize = 8;
@@ -46,8 +46,8 @@ pub(super) struct Solution {
 struct Found {
     /// F×n; 0 for frames that were not looked at.
     weights: Mat<f64>,
-    /// How far the worst vertex of each frame is from its place; 0 for frames that were not looked at, and for
-    /// those of the search.
+    /// How far the worst vertex of each frame is from its place; 0 for frames that were not looked at, and
+    /// for those of the search.
     errors: Vec<f64>,
 }
 
@@ -57,7 +57,8 @@ pub(super) fn first(frames: &Frames) -> Vec<usize> {
     frames.sketches().spread(if all <= SHORT { all } else { FIRST })
 }
 
-/// The fewest shapes found that keep all vertices of all frames within the bound; `None` if `most` do not suffice.
+/// The fewest shapes found that keep all vertices of all frames within the bound; `None` if `most` do not
+/// suffice.
 ///
 /// # Errors
 /// As [`search::fewest`].
@@ -169,7 +170,8 @@ fn tick(progress: &dyn Progress) -> impl FnMut(usize) -> Result<()> + '_ {
     move |round| progress.step("fit the hardest frames", round as u64, fit::ROUNDS as u64)
 }
 
-/// The weights of the frames that are `looked_at`. The search has found those of the frames that it looked at.
+/// The weights of the frames that are `looked_at`. The search has found those of the frames that it looked
+/// at.
 fn all_weights(
     frames: &mut Frames,
     fit: &Fit,
@@ -197,14 +199,14 @@ fn all_weights(
     Ok(Found { weights, errors })
 }
 
-/// The frames farthest beyond the bound join the others, at most [`MORE`] of them. Neighbours are alike, so only
-/// the worst of those that follow each other joins. Returns the frames before.
+/// The frames farthest beyond the bound join the others, at most [`MORE`] of them. Neighbours are alike, so
+/// only the worst of those that follow each other joins. Returns the frames before.
 fn join(chosen: &mut Vec<usize>, errors: &[f64], bound: f64) -> Vec<usize> {
     let before = chosen.clone();
     let error = |i: Option<usize>| i.and_then(|i| errors.get(i)).copied().unwrap_or(0.0);
     let mut peaks: Vec<usize> = Vec::new();
-    for i in 0..errors.len() {
-        if errors[i] > bound && errors[i] > error(i.checked_sub(1)) && errors[i] >= error(Some(i + 1)) {
+    for (i, &here) in errors.iter().enumerate() {
+        if here > bound && here > error(i.checked_sub(1)) && here >= error(Some(i + 1)) {
             peaks.push(i);
         }
     }
@@ -214,8 +216,8 @@ fn join(chosen: &mut Vec<usize>, errors: &[f64], bound: f64) -> Vec<usize> {
     before
 }
 
-/// A fit of the frames `before` as a fit of the frames `chosen`, which contain them. `weights` has the weights of
-/// all frames.
+/// A fit of the frames `before` as a fit of the frames `chosen`, which contain them. `weights` has the
+/// weights of all frames.
 fn grown(fit: &Fit, before: &[usize], chosen: &[usize], weights: &Mat<f64>) -> Fit {
     let n = fit.q.ncols();
     let rows = Mat::from_fn(chosen.len(), n, |i, j| weights[(chosen[i], j)]);

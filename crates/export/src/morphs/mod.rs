@@ -16,7 +16,8 @@
 //!   projects in turn onto the matrices within the bound and onto those of low rank (ADMM).
 //! - `active` does most of the work, on the vertices near the bound.
 //! - `search` finds the least rank for which `fit` succeeds.
-//! - `long` lets `search` look at some frames of a long take, chosen by their `sketches`. The other frames get
+//! - `long` lets `search` look at some frames of a long take, chosen by their `sketches`. The other frames
+//!   get
 //!   their `weights` one by one.
 //! - `basis` turns the result so that rounding does the least harm.
 //! - `rounding` makes the numbers of the file.

@@ -45,8 +45,8 @@ struct Positions {
 }
 
 /// The numbers of the file and their error. The error may be beyond the bound: with integers only if no step
-/// is fine enough. Of each step, the frames of `hardest` are looked at first, and all only if these are within
-/// the bound.
+/// is fine enough. Of each step, the frames of `hardest` are looked at first, and all only if these are
+/// within the bound.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`]; [`rhytid_core::Error::Cancelled`].

@@ -16,9 +16,10 @@ const FITS: usize = 8;
 
 /// Searches from `least` to `most` targets; `None` if `most` do not suffice.
 ///
-/// The search goes in growing steps from `least`, or from a first guess if `least` is 0, until it has a number that suffices and one that does
-/// not. Then it bisects. The first fits start from principal components. Once a number suffices, each fit
-/// starts from the smallest fit that sufficed, less its last columns.
+/// The search goes in growing steps from `least`, or from a first guess if `least` is 0, until it has a
+/// number that suffices and one that does not. Then it bisects. The first fits start from principal
+/// components. Once a number suffices, each fit starts from the smallest fit that sufficed, less its last
+/// columns.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].
@@ -83,10 +84,10 @@ const FIRST_BOUND: f64 = 0.5;
 
 /// The least bound found that so many targets meet, in mesh units, and a fit within that bound.
 ///
-/// Without `near`, the first bound is [`FIRST_BOUND`] times the error of as many principal components. Until a
-/// bound is missed, each further one is this part of the last error met. Then it is the geometric mean of the
-/// last error met and the last bound missed. With `near`, this is the first bound, and bounds [`CLOSE`] below it
-/// are known to be missed.
+/// Without `near`, the first bound is [`FIRST_BOUND`] times the error of as many principal components. Until
+/// a bound is missed, each further one is this part of the last error met. Then it is the geometric mean of
+/// the last error met and the last bound missed. With `near`, this is the first bound, and bounds [`CLOSE`]
+/// below it are known to be missed.
 ///
 /// # Errors
 /// As [`fit::fit`]; [`rhytid_core::Error::Cancelled`].

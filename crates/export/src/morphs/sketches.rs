@@ -31,8 +31,8 @@ impl Sketches {
         self.numbers.extend(sketch.map(|x| x as f32));
     }
 
-    /// `count` frames, or all if there are fewer, in ascending order. Each is the one that was farthest from those
-    /// before it.
+    /// `count` frames, or all if there are fewer, in ascending order. Each is the one that was farthest from
+    /// those before it.
     pub(super) fn spread(&self, count: usize) -> Vec<usize> {
         let sketches = self.numbers.as_chunks::<WIDTH>().0;
         let mut distances = vec![f32::INFINITY; sketches.len()];

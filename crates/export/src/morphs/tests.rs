@@ -480,8 +480,8 @@ fn the_number_of_threads_does_not_matter_for_a_long_take() {
     assert_eq!(on(1), on(3));
 }
 
-/// More frames than the first search looks at. Two vertices move alone, each in a few frames, and so little that
-/// hardly any comparison of whole frames would show it.
+/// More frames than the first search looks at. Two vertices move alone, each in a few frames, and so little
+/// that hardly any comparison of whole frames would show it.
 fn long(frames: usize) -> Vec<Vec<f32>> {
     let mut animation = made_up(frames, 60, 6);
     for (vertex, alone) in [(5, 217..219), (33, frames - 20..frames - 18)] {

@@ -1,10 +1,10 @@
 //! The weights of all frames, for shapes that were found for some of them.
 //!
-//! Least squares is the start. If it leaves vertices of a frame beyond the bound, the weights of that frame are
-//! moved until all are within it, by the least motion of the other vertices. That is a step of Newton's method
-//! for `Σ_v max(0, |r_v| − radius)² + λ |T δ|²`, where r_v is how far vertex v is from its place, and δ the
-//! change of the weights. The steps look at the vertices near the bound. All vertices are looked at after
-//! some steps. A frame counts as met only if all its vertices are within the bound.
+//! Least squares is the start. If it leaves vertices of a frame beyond the bound, the weights of that frame
+//! are moved until all are within it, by the least motion of the other vertices. That is a step of Newton's
+//! method for `Σ_v max(0, |r_v| − radius)² + λ |T δ|²`, where r_v is how far vertex v is from its place, and
+//! δ the change of the weights. The steps look at the vertices near the bound. All vertices are looked at
+//! after some steps. A frame counts as met only if all its vertices are within the bound.
 
 use super::factors::Fit;
 use super::frames::{Attribute, Frames};
@@ -102,8 +102,8 @@ fn orthonormal(fit: &Fit, center: &[f32]) -> Result<(Orthonormal, Mat<f64>)> {
     Ok((Orthonormal { t, m, base }, back))
 }
 
-/// The weights of some frames, and the errors of their worst vertices. `y` has their positions, and becomes what
-/// is left of them.
+/// The weights of some frames, and the errors of their worst vertices. `y` has their positions, and becomes
+/// what is left of them.
 fn of_group(basis: &Orthonormal, y: &mut [f32], bound: f64) -> (Vec<f32>, Vec<f32>) {
     let (m, numbers) = (basis.m, basis.base.len());
     let count = y.len() / numbers;

@@ -335,7 +335,8 @@ fn bounds(arrays: &mut Arrays, layout: &Layout, differences: &mut Vec<String>) -
     Ok(())
 }
 
-/// Where the numbers stand: each accessor has a view of its own, one after the other. So has each image inside.
+/// Where the numbers stand: each accessor has a view of its own, one after the other. So has each image
+/// inside.
 fn views(root: &Root, differences: &mut Vec<String>) {
     let sizes = |accessor: &Accessor| {
         let (Valid(component), Valid(kind)) = (accessor.component_type, accessor.type_) else { return None };

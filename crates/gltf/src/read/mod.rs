@@ -146,7 +146,8 @@ fn ids(arrays: &mut Arrays, layout: &Layout) -> Result<Vec<usize>> {
             originals.vertices.saturating_sub(1)
         )));
     }
-    // An accessor may announce more than there is. The positions are read before anything is made of the number.
+    // An accessor may announce more than there is. The positions are read before anything is made of the
+    // number.
     arrays.vectors::<3>(positions)?;
     Ok((0..originals.vertices).chain(originals.copies.iter().copied()).collect())
 }

@@ -116,8 +116,8 @@ impl Source {
         Ok(bytes)
     }
 
-    /// The bytes of the file `uri` beside this one, at most one more than `expected`; `None` if there is no such
-    /// file, or it is elsewhere.
+    /// The bytes of the file `uri` beside this one, at most one more than `expected`; `None` if there is no
+    /// such file, or it is elsewhere.
     pub(super) fn beside(&self, uri: &str, expected: u64) -> Option<Vec<u8>> {
         let name = percent_decode_str(uri).decode_utf8_lossy();
         let name = Path::new(&*name);

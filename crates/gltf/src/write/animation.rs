@@ -38,8 +38,8 @@ pub(super) struct Nodes {
 }
 
 impl Animation {
-    /// Writes the keys, and adds the node to `nodes` that moves like the head. The animation has no name yet. `None`
-    /// if nothing moves.
+    /// Writes the keys, and adds the node to `nodes` that moves like the head. The animation has no name yet.
+    /// `None` if nothing moves.
     pub(super) fn write(
         self,
         buffers: &mut Buffers,

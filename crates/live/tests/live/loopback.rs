@@ -136,8 +136,8 @@ fn a_sender_stops_when_it_is_told_to_and_refuses_what_it_cannot_send() {
     assert!(said(&take(1, 2_000, 30.0), None).contains("at most 65507"));
 }
 
-/// Each frame is sent as two bundles with half of the markers each. A busy machine may stop the sender between
-/// the two for longer than a frame waits, so there are some tries.
+/// Each frame is sent as two bundles with half of the markers each. A busy machine may stop the sender
+/// between the two for longer than a frame waits, so there are some tries.
 #[test]
 fn two_bundles_a_frame_arrive_whole() {
     let (frames, markers) = (480, 90);

@@ -12,8 +12,8 @@ struct Part {
 }
 
 /// A material for each object or group whose name tells that it is not skin, such as `Teeth`, and that is not
-/// connected with the rest. All other faces have none. `None` if there is no such part. `parts` are those that the file at `path` has as glTF
-/// and USD have them; the groups of an OBJ are read here.
+/// connected with the rest. All other faces have none. `None` if there is no such part. `parts` are those
+/// that the file at `path` has as glTF and USD have them; the groups of an OBJ are read here.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Input`] if the groups cannot be read; [`rhytid_core::Error::Io`].

@@ -88,8 +88,8 @@ pub fn decode(bytes: &[u8], name: &str, rate: Option<f64>) -> Result<RawTake> {
     Ok(take)
 }
 
-/// Replaces what stands for “not seen”, such as 0, 0, 0 or 9999999, by [`RawTake::MISSING`], and warns of it in
-/// the take.
+/// Replaces what stands for “not seen”, such as 0, 0, 0 or 9999999, by [`RawTake::MISSING`], and warns of it
+/// in the take.
 ///
 /// [`read`] has done so, except for the take's own CSV. In head space such a number may be a place. In world
 /// space it is what it is in the file of any other program.

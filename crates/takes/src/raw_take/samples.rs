@@ -118,8 +118,8 @@ impl Samples {
     }
 }
 
-/// The coordinate in a cell that holds `number`, if it holds any. NaN for a cell that says “no number”, and for
-/// numbers that no unit could make a coordinate. `None` for anything else.
+/// The coordinate in a cell that holds `number`, if it holds any. NaN for a cell that says “no number”, and
+/// for numbers that no unit could make a coordinate. `None` for anything else.
 pub(super) fn coordinate(cell: &[u8], number: Option<f64>) -> Option<f64> {
     match number {
         Some(number) if number.abs() <= f64::from(f32::MAX) => Some(number),

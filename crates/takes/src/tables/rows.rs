@@ -115,8 +115,8 @@ impl<'a> Rows<'a> {
         Ok(true)
     }
 
-    /// Goes to the next row of a table of [`Rows::separated`]; `false` after the last one. Cells behind a row's
-    /// end are empty. A last row that lacks cells, and its end of line, is left out with a warning.
+    /// Goes to the next row of a table of [`Rows::separated`]; `false` after the last one. Cells behind a
+    /// row's end are empty. A last row that lacks cells, and its end of line, is left out with a warning.
     ///
     /// # Errors
     /// [`Error::Input`] if a row has cells beyond those of the header.
