@@ -93,7 +93,7 @@ impl From<MethodChoice> for Method {
 
 /// `--materials`
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
-pub enum MaterialsChoice {
+pub(crate) enum MaterialsChoice {
     /// A primitive for each material, over the same vertices.
     #[default]
     Each,
