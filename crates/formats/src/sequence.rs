@@ -18,7 +18,7 @@ enum Kept {
     /// In a USD or glTF file.
     Animation(Box<dyn AnimationReader>),
     /// Each in a file of its own, by name.
-    Meshes { files: Vec<PathBuf>, neutral: Mesh, neutral_path: PathBuf },
+    Meshes { files: Vec<PathBuf>, neutral: Box<Mesh>, neutral_path: PathBuf },
     /// One array, frames × V × 3.
     Array(Vec<f32>),
 }
@@ -47,7 +47,7 @@ impl Sequence {
                 )));
             }
             let frames = files.len();
-            let kept = Kept::Meshes { files, neutral: neutral.clone(), neutral_path: neutral_path.into() };
+            let kept = Kept::Meshes { files, neutral: Box::new(neutral.clone()), neutral_path: neutral_path.into() };
             return Ok(Self { kept, frames });
         }
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {

@@ -78,7 +78,7 @@ pub fn read_looks(path: &Path, reach: Reach) -> Result<Looks> {
     let mut gathered = Gathered::new(&name);
     match path.extension() {
         Some(ending) if ending.eq_ignore_ascii_case("mtl") => {
-            mtl::of_mtl(path, &bytes()?, reach, &mut gathered)?
+            mtl::of_mtl(path, &bytes()?, reach, &mut gathered)?;
         }
         _ => match Format::from_extension(path)? {
             Format::Obj => mtl::of_obj(path, &bytes()?, reach, &mut gathered),
