@@ -47,7 +47,8 @@ impl Sequence {
                 )));
             }
             let frames = files.len();
-            let kept = Kept::Meshes { files, neutral: Box::new(neutral.clone()), neutral_path: neutral_path.into() };
+            let kept =
+                Kept::Meshes { files, neutral: Box::new(neutral.clone()), neutral_path: neutral_path.into() };
             return Ok(Self { kept, frames });
         }
         if path.extension().is_some_and(|e| e.eq_ignore_ascii_case("npy")) {
