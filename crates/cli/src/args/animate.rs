@@ -123,7 +123,7 @@ pub(crate) struct Animate {
     /// The most morph targets that the file may have, for the program that opens it [default: 256].
     ///
     /// Some game engines show 64. With --compressed, more than N are an error: raise --max-error.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), help_heading = GLTF)]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), hide_short_help = true, help_heading = GLTF)]
     pub targets: Option<u16>,
 
     /// Numbers of 8 and 16 bits (KHR_mesh_quantization), for Blender, three.js and Babylon.js.
