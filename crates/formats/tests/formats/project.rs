@@ -190,7 +190,7 @@ fn the_former_names_of_keys_are_understood() {
     assert!(found.sentence().contains("[learned] fold_strains is \"world\""), "{found}");
     let both = FULL.replace("wrinkle_ridge = 0.01", "wrinkle_ridge = 0.01\nfold_ridge = 0.01");
     let Err(Error::Input(found)) = parse(&both, "x.toml") else { panic!("one key by both names") };
-    let words = "line 65: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
+    let words = "line 66: fold_ridge is the former name of wrinkle_ridge, which [learned] has, too";
     assert!(found.sentence().contains(words), "{found}");
 }
 
