@@ -6,6 +6,9 @@ use image::{
 use rhytid_core::{TextureFormat, check_pixels};
 use std::io::Cursor;
 
+/// A page in a browser draws rigs, whose images are PNG or JPEG already. Decoders would make it larger.
+const IN_BROWSER: bool = cfg!(target_arch = "wasm32");
+
 /// An image as a texture has it.
 pub(super) struct Converted {
     pub(super) bytes: Vec<u8>,
@@ -36,8 +39,13 @@ pub(super) fn converted(bytes: Vec<u8>) -> Result<Converted, String> {
     };
     if let Some(kept) = kept {
         // The head of the file says whether it is one that can be shown.
-        size(&bytes, format)?;
+        if !IN_BROWSER {
+            size(&bytes, format)?;
+        }
         return Ok(Converted { bytes, format: kept, is_converted: false });
+    }
+    if IN_BROWSER {
+        return Err("is neither PNG nor JPEG, and a page in a browser converts nothing".to_owned());
     }
     let image = decoded(&bytes, format)?;
     Ok(Converted { bytes: png(&image)?, format: TextureFormat::Png, is_converted: true })
@@ -46,6 +54,9 @@ pub(super) fn converted(bytes: Vec<u8>) -> Result<Converted, String> {
 /// A PNG with the colours of one image, white if it is `None`, and the alpha of another. If their sizes
 /// differ, each pixel of the colours takes the nearest alpha.
 pub(super) fn with_alpha(color: Option<&[u8]>, alpha: &[u8], of: AlphaOf) -> Result<Vec<u8>, String> {
+    if IN_BROWSER {
+        return Err("is a file of its own, and a page in a browser converts nothing".to_owned());
+    }
     let alpha = decoded(alpha, recognised(alpha)?)?;
     let has_alpha = alpha.color().has_alpha();
     let alpha = alpha.into_rgba8();
@@ -69,7 +80,7 @@ pub(super) fn with_alpha(color: Option<&[u8]>, alpha: &[u8], of: AlphaOf) -> Res
 pub(super) fn has_alpha(bytes: &[u8]) -> bool {
     let Ok(format) = recognised(bytes) else { return false };
     // A JPEG never has one. A PNG may say that it has one and be opaque.
-    if format == ImageFormat::Jpeg {
+    if IN_BROWSER || format == ImageFormat::Jpeg {
         return false;
     }
     let Ok(image) = decoded(bytes, format) else { return false };
@@ -99,7 +110,7 @@ fn recognised(bytes: &[u8]) -> Result<ImageFormat, String> {
         ) => Ok(format),
         Ok(format) => Err(format!("is a {format:?} file, which cannot be read")),
         // TGA is the only format without a mark at its begin.
-        Err(_) if size(bytes, ImageFormat::Tga).is_ok() => Ok(ImageFormat::Tga),
+        Err(_) if !IN_BROWSER && size(bytes, ImageFormat::Tga).is_ok() => Ok(ImageFormat::Tga),
         Err(_) => Err("is of no known format".to_owned()),
     }
 }
