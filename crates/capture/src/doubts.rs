@@ -128,4 +128,21 @@ mod tests {
         }
         assert_eq!(doubts(&mut face(), [5, 6]), []);
     }
+
+    #[test]
+    fn what_is_rather_far_goes_with_what_is_far() {
+        let pushed = |slightly: f64| {
+            let mut tracks = face();
+            let mut push = |frames: Range<usize>, by: f64| {
+                tracks.columns[5][frames].iter_mut().for_each(|p| p.y += by);
+            };
+            push(300..310, slightly);
+            push(310..320, 3.0 * FAR * 10.0);
+            push(320..330, slightly);
+            doubts(&mut tracks, [5, 6])
+        };
+        let dropped = |frames| [Doubt { marker: 5, frames }];
+        assert_eq!(pushed(0.75 * FAR * 10.0), dropped(300..330));
+        assert_eq!(pushed(0.25 * FAR * 10.0), dropped(310..320));
+    }
 }

@@ -33,7 +33,7 @@ pub struct Rival {
 }
 
 /// How long the neutral face is held, in seconds.
-const LENGTH: f64 = 0.5;
+pub(crate) const LENGTH: f64 = 0.5;
 
 /// A marker may be off by this part of the face's extent before its weight falls.
 const TOLERANCE: f64 = 0.03;

@@ -93,6 +93,7 @@ impl Place {
             to_world = world(unit.metres / mesh, axes);
             to_rig = to_world;
         } else {
+            warnings.extend(too_short(tracks));
             warnings.extend(unsure(&neutral, rival.as_ref(), is_doubtful));
             let tolerance = TOLERANCE * extent(target.rest.iter().copied());
             let (fitted, _) = fit_robustly(&pose, &target.rest, true, tolerance).ok_or_else(|| {
@@ -159,6 +160,21 @@ fn neutral_frames(
             )
         }),
     }
+}
+
+/// A warning where the take is too short for an average to be free of noise.
+fn too_short(tracks: &Tracks) -> Option<Warning> {
+    if tracks.frames() >= tracks.frames_in(neutral::LENGTH) {
+        return None;
+    }
+    let frames = tracks.frames();
+    let plural = if frames == 1 { "" } else { "s" };
+    let seconds = frames as f64 / tracks.rate;
+    Some(Warning::from(format!(
+        "the take has {frames} frame{plural}, {seconds:.3} s, and half a second is needed to tell noise from \
+         motion and a held expression from the neutral face; all markers may be some tenths of a millimetre \
+         off; clean a longer take that holds the neutral face for half a second"
+    )))
 }
 
 /// A warning where the take does not tell which frames are neutral.

@@ -126,3 +126,17 @@ fn a_take_without_a_neutral_face_says_so() {
         assert!(!given.report.warnings.iter().any(says), "{:?}", given.report.warnings);
     }
 }
+
+#[test]
+fn a_take_that_is_too_short_says_so() {
+    let (Some(raw), Some(own)) = (raw(), own()) else { return };
+    for (frames, expected) in [(2, Some("2 frames, 0.017 s")), (5, Some("5 frames, 0.042 s")), (60, None)] {
+        let found = cleaned("short", reordered(&raw, 0..frames), &own);
+        let said: Vec<&str> = found.report.warnings.iter().map(|w| w.sentence()).collect();
+        let said = said.iter().find(|said| said.contains("half a second is needed"));
+        match expected {
+            Some(expected) => assert!(said.is_some_and(|said| said.contains(expected)), "{said:?}"),
+            None => assert_eq!(said, None),
+        }
+    }
+}

@@ -145,6 +145,34 @@ fn a_marker_that_is_lost_or_jumps_goes_with_its_neighbours_and_fades() {
     }
 }
 
+/// The rig's jaw is narrower than the actor's, and its forehead wider.
+#[test]
+fn markers_move_more_where_the_rig_is_larger_as_in_the_whole_take() {
+    let (mut target, raw) = made(300);
+    target.rest.iter_mut().for_each(|p| p.x *= 1.0 + 0.05 * p.y);
+    let settings = Settings {
+        neutral: Some(0..NEUTRAL),
+        rigid: Some((0..4).map(|i| format!("cap{i}")).collect()),
+        skip: [Step::HeadLowPass, Step::LowPass].into(),
+        ..Settings::default()
+    };
+    let whole = clean(raw.clone(), &target, &settings, &NoProgress).unwrap();
+    let smallest = whole.report.setup.scales.iter().copied().fold(f64::INFINITY, f64::min);
+    assert!(smallest < 0.9, "{smallest}");
+    let (mut online, _) = Online::calibrate(neutral(&raw), &target, &settings).unwrap();
+    let mut moved = 0.0_f64;
+    for (f, markers) in raw.tracks.positions.chunks(24).enumerate() {
+        let frame = online.frame(raw.tracks.times[f], markers);
+        for (j, position) in frame.positions.iter().enumerate() {
+            let position = DVec3::from_array(position.map(f64::from));
+            let off = 10.0 * position.distance(DVec3::from_array(whole.take.positions[f * 20 + j]));
+            assert!(off < 1e-3, "frame {f}, marker {j}: {off} mm");
+            moved = moved.max(position.distance(target.rest[j]));
+        }
+    }
+    assert!(moved > 0.2, "{moved}");
+}
+
 /// While the actor holds still, a thing in the room keeps its distances from the face as a cap does.
 #[test]
 fn a_thing_beside_a_still_head_is_not_its_cap() {
