@@ -9,6 +9,7 @@ use glam::DVec3;
 use rhytid_core::{Material, Materials, Rig, Surface, SurfacePoint, Tissue, VertexId};
 use rhytid_geometry::components;
 use std::collections::HashSet;
+use std::ops::RangeInclusive;
 
 /// A part inside of an eyeball reaches at most so far from its centre, in radii of its white.
 const INSIDE: f64 = 1.02;
@@ -20,9 +21,13 @@ const IN_FRONT: f64 = 0.3;
 const FILM: f64 = 1.6;
 const LASHES: f64 = 2.6;
 
-/// Teeth are at least so many parts, and none is larger than this share of the distance between the eyes.
-const TEETH: usize = 8;
-const LARGEST_TOOTH: f64 = 0.3;
+/// Teeth are so many parts. Those of a beard are more.
+const TEETH: RangeInclusive<usize> = 8..=64;
+
+/// A tooth with its root is no larger than this share of the distance between the eyes, and all teeth together
+/// are no wider than this one.
+const LARGEST_TOOTH: f64 = 0.6;
+const WIDEST_TEETH: f64 = 1.4;
 
 /// A part with its box.
 struct Part {
@@ -178,13 +183,15 @@ fn mark_teeth(parts: &mut [Part], has_handle: &[bool], eyes: &[Eye]) {
             teeth.push(number);
         }
     }
-    if teeth.len() < TEETH {
+    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    for &number in &teeth {
+        (low, high) = (low.min(parts[number].low), high.max(parts[number].high));
+    }
+    if !TEETH.contains(&teeth.len()) || high.x - low.x > WIDEST_TEETH * distance {
         return;
     }
-    let (mut low, mut high) = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     for number in teeth {
         parts[number].tissue = Some(Tissue::Teeth);
-        (low, high) = (low.min(parts[number].low), high.max(parts[number].high));
     }
     for (number, part) in parts.iter_mut().enumerate() {
         let middle = part.middle();

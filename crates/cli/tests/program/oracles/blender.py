@@ -27,6 +27,8 @@ def import_file(path):
     render.fps_base = render.fps / job["rate"]
     if path.suffix in (".glb", ".gltf"):
         bpy.ops.import_scene.gltf(filepath=str(path))
+    elif path.suffix == ".abc":
+        bpy.ops.wm.alembic_import(filepath=str(path))
     else:
         bpy.ops.wm.usd_import(filepath=str(path))
     objects = [object for object in bpy.data.objects if object.type == "MESH"]

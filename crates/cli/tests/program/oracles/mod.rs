@@ -13,7 +13,7 @@ mod wrinkles;
 
 use animation::{Animation, distance};
 use programs::{Frames, Read, Shown};
-use rhytid::core::{RigidMotion, UpAxis};
+use rhytid::core::{RigidMotion, Tissue, UpAxis};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -194,6 +194,51 @@ fn assert_shading(export: &Export, animation: &Animation, shown: &Shown) {
     );
     let allowed = if export.has_points() { 0.1 } else { 4.0 };
     assert!(most < allowed, "{export}: 1 % of the normals are more than {most}° off");
+}
+
+/// The head's file names no materials. Its makers say which vertices are what.
+#[test]
+fn the_parts_of_the_real_head_are_told_apart() {
+    let Some(animation) = faces::real_head() else { return };
+    let surface = animation.rig.surface();
+    let materials = surface.materials.as_ref().expect("materials by parts");
+    let parts = [
+        (0..9409, Tissue::Skin),
+        (14_062..17_039, Tissue::Mouth),
+        (17_039..21_451, Tissue::Teeth),
+        (21_451..24_591, Tissue::Eye),
+        (24_591..24_999, Tissue::Clear),
+        (25_351..26_719, Tissue::Hair),
+    ];
+    for (vertices, tissue) in parts {
+        let mut faces = 0;
+        for (face, &material) in surface.faces.iter().zip(&materials.of_face) {
+            if vertices.contains(&(face[0] as usize)) {
+                let found = &materials.list[material as usize];
+                assert_eq!(found.tissue, tissue, "vertex {}: {}", face[0], found.name);
+                faces += 1;
+            }
+        }
+        assert!(faces > 0, "{vertices:?}");
+    }
+}
+
+#[test]
+fn blender_makes_alembic_of_usd() {
+    for animation in [faces::demo(), faces::other_axes_and_units()] {
+        let name = &animation.rig.surface().name;
+        let alembic = programs::blender_alembic(&animation.export("alembic.usd", ""), animation.frames.rate);
+        let shown = &programs::blender(&[alembic], &animation.frames)[0];
+        for (frame, positions) in shown.positions.iter().enumerate() {
+            let expected = animation.metres(frame, UpAxis::Z);
+            assert_eq!(positions.len(), expected.len(), "{name}");
+            for (v, (position, expected)) in positions.iter().zip(expected).enumerate() {
+                let error = 1e3 * distance(*position, expected);
+                assert!(error <= EXACT, "{name}: vertex {v} is off by {error} mm in frame {frame}");
+            }
+        }
+        assert_shading(&exact("alembic.usd", ""), animation, shown);
+    }
 }
 
 #[test]

@@ -75,6 +75,20 @@ pub(super) fn usd(environment: &str, version: [u64; 3], files: &[PathBuf]) -> Ve
     report["files"].as_array().unwrap().iter().enumerate().map(read).collect()
 }
 
+/// The Alembic file beside `usd` that Blender writes with the script in docs/export.md.
+pub(super) fn blender_alembic(usd: &Path, rate: f64) -> PathBuf {
+    let page = include_str!("../../../../../docs/export.md");
+    let (_, section) = page.split_once("\n## Alembic\n").expect("the section Alembic");
+    let (_, script) = section.split_once("```python\n").expect("a script");
+    let (script, _) = script.split_once("```").expect("the script's end");
+    let [file, alembic] = ["py", "abc"].map(|extension| usd.with_extension(extension));
+    std::fs::write(&file, script).unwrap();
+    let mut python = Command::new(installed("venv-blender/bin/python"));
+    let output = python.arg(file).arg(usd).arg(&alembic).arg(rate.to_string()).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    alembic
+}
+
 /// Where Blender shows the vertices of a mesh with a point cache, in Blender's own space: frames × 3V.
 pub(super) fn blender_point_cache(mesh: &Path, cache: &Path, frames: &Frames) -> Vec<f32> {
     let python = installed("venv-blender/bin/python");
