@@ -11,8 +11,10 @@ use rhytid_geometry::components;
 use std::collections::HashSet;
 use std::ops::RangeInclusive;
 
-/// A part inside of an eyeball reaches at most so far from its centre, in radii of its white.
+/// A part inside of an eyeball reaches at most so far from its centre, in radii of its white, and so far if it
+/// is also around the centre: then its front is in the cornea.
 const INSIDE: f64 = 1.02;
+const INSIDE_CORNEA: f64 = 1.25;
 
 /// The middle of a part in front of an eyeball is at least so far forward of its centre, in its radii.
 const IN_FRONT: f64 = 0.3;
@@ -148,8 +150,9 @@ fn tissues(
     for (part, found) in parts.iter_mut().enumerate().filter(|(part, _)| !has_handle[*part]) {
         for (eye, reach) in eyes.iter().zip(&reach) {
             let is_in_front = (found.middle() - eye.center).z > IN_FRONT * eye.radius;
+            let is_around = found.middle().distance(eye.center) < IN_FRONT * eye.radius;
             found.tissue = found.tissue.or(match reach[part] {
-                reach if reach <= INSIDE => Some(Tissue::Eye),
+                reach if reach <= if is_around { INSIDE_CORNEA } else { INSIDE } => Some(Tissue::Eye),
                 reach if reach <= FILM && is_in_front => Some(Tissue::Clear),
                 reach if reach <= LASHES && is_in_front => Some(Tissue::Hair),
                 _ => None,
