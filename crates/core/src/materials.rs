@@ -195,8 +195,17 @@ impl Material {
     /// it is stated, too, and a texture without a colour is shown as it is. An opacity below 1 blends unless
     /// the input states something else.
     pub fn look(&self) -> Look {
+        self.look_of(self.stated)
+    }
+
+    /// How the material looks where its texture cannot be shown: see [`StatedLook::without_texture`].
+    pub fn look_without_texture(&self) -> Look {
+        self.look_of(self.stated.without_texture())
+    }
+
+    fn look_of(&self, stated: StatedLook) -> Look {
         let default = self.tissue.look();
-        let StatedLook { base_color, texture, opacity, transparency, roughness, metallic } = self.stated;
+        let StatedLook { base_color, texture, opacity, transparency, roughness, metallic } = stated;
         let has_color = base_color.is_some() || texture.is_some();
         let opacity = opacity.unwrap_or(if has_color { 1.0 } else { default.opacity });
         let by_opacity = if opacity < 1.0 { Transparency::Blend } else { Transparency::Opaque };
@@ -207,12 +216,26 @@ impl Material {
             transparency: transparency.unwrap_or(by_opacity),
             roughness: roughness.unwrap_or(default.roughness),
             metallic: metallic.unwrap_or(default.metallic),
-            is_default: self.stated == StatedLook::default(),
+            is_default: stated == StatedLook::default(),
         }
     }
 }
 
 impl StatedLook {
+    /// The same without its texture. The colour and the opacity that the texture gave are not stated any
+    /// more.
+    #[must_use]
+    pub fn without_texture(mut self) -> Self {
+        if self.texture.take().is_some() {
+            self.base_color = None;
+            let is_opacity_stated = self.opacity.is_some_and(|opacity| opacity < 1.0);
+            if !is_opacity_stated || matches!(self.transparency, Some(Transparency::Mask(_))) {
+                (self.opacity, self.transparency) = (None, None);
+            }
+        }
+        self
+    }
+
     /// What is wrong with it beside so many textures; `None` if nothing is.
     fn fault(&self, textures: usize) -> Option<String> {
         let cutoff = match self.transparency {

@@ -20,7 +20,7 @@ const INSIDE_CORNEA: f64 = 1.25;
 const IN_FRONT: f64 = 0.3;
 
 /// A film of tears reaches at most so far from the centre of the eyeball, in its radii, and lashes so far.
-const FILM: f64 = 1.6;
+const FILM: f64 = 1.4;
 const LASHES: f64 = 2.6;
 
 /// Teeth are so many parts. Those of a beard are more.

@@ -58,10 +58,11 @@ impl Looks {
         for part in &surface.parts {
             let material =
                 scene.materials.zip(part.material).map(|(materials, index)| &materials.list[index]);
-            let look = material.map_or(Materials::look_without(), Material::look);
+            let with_texture = with_textures && surface.uvs.is_some();
+            let look = if with_texture { Material::look } else { Material::look_without_texture };
+            let look = material.map_or(Materials::look_without(), look);
             let texture =
                 scene.materials.zip(look.texture).map(|(materials, i)| &materials.textures[i as usize]);
-            let texture = texture.filter(|_| with_textures && surface.uvs.is_some());
             let image = texture.and_then(|texture| looks.image(texture));
             let name = material.map_or("skin", |material| &material.name).to_owned();
             looks.parts.push(Part { name, look, image });

@@ -10,7 +10,7 @@ pub(super) use gathered::{Gathered, ImageAt};
 pub(super) use image::AlphaOf;
 
 use super::{Format, gltf, usd};
-use rhytid_core::{Material, Materials, Reach, Result, Texture, Transparency, folder_of, input_file};
+use rhytid_core::{Material, Materials, Reach, Result, Texture, folder_of, input_file};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -45,19 +45,12 @@ impl Looks {
         materials.textures = kept.into_iter().map(|texture| self.textures[texture].clone()).collect();
     }
 
-    /// The same without images. The colour and the opacity that an image gave are not stated any more.
+    /// The same without images: see [`StatedLook::without_texture`](rhytid_core::StatedLook::without_texture).
     #[must_use]
     pub fn without_textures(mut self) -> Self {
         self.textures.clear();
         for material in &mut self.materials {
-            let stated = &mut material.stated;
-            if stated.texture.take().is_some() {
-                stated.base_color = None;
-                let is_opacity_stated = stated.opacity.is_some_and(|opacity| opacity < 1.0);
-                if !is_opacity_stated || matches!(stated.transparency, Some(Transparency::Mask(_))) {
-                    (stated.opacity, stated.transparency) = (None, None);
-                }
-            }
+            material.stated = material.stated.without_texture();
         }
         self
     }
