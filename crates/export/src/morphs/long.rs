@@ -24,9 +24,6 @@ const FIRST: usize = 300;
 const MORE: usize = 200;
 /// After the first search, at most so many frames are looked at, evenly spaced.
 const GLANCE: usize = 2000;
-/// After each further search, only frames with an error above this part of the bound are looked at. All
-/// frames are looked at when none of these is beyond the bound.
-const NEAR: f64 = 0.9;
 /// How many times frames join in [`nearest`], at most.
 const JOINS: usize = 8;
 
@@ -97,7 +94,8 @@ pub(super) fn fewest(
             continue;
         }
         let before = join(&mut chosen, &found.errors, bound);
-        looked_at = all.iter().copied().filter(|&i| found.errors[i] > NEAR * bound).collect();
+        // All frames are looked at again when none of these is beyond the bound.
+        looked_at.retain(|&i| found.errors[i] > bound);
         frames.choose(chosen.clone());
         let grown = grown(&fit, &before, &chosen, &found.weights);
         let again = fit::fit(&mut Centred::new(frames, &gram), grown, bound, &mut tick(progress))?;

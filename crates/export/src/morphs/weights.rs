@@ -168,26 +168,28 @@ fn worst(rest: &[f32]) -> f32 {
 fn improve(basis: &Orthonormal, rest: &[f32], bound: f64, change: &mut [f32]) {
     let m = basis.m;
     let near = (NEAR * bound as f32).powi(2);
-    let vectors = rest.as_chunks::<3>().0.iter().enumerate();
-    let active: Vec<(usize, [f32; 3])> =
-        vectors.filter(|(_, r)| square(r) > near).map(|(v, r)| (v, *r)).collect();
+    let vectors = rest.as_chunks::<3>().0;
+    let active: Vec<usize> = (0..vectors.len()).filter(|&v| square(&vectors[v]) > near).collect();
+    // The columns of T of the active vertices, three for each.
+    let columns: Vec<f64> =
+        active.iter().flat_map(|&v| &basis.t[3 * v * m..][..3 * m]).map(|&t| f64::from(t)).collect();
+    let t = MatRef::from_column_major_slice(&columns, m, 3 * active.len());
     let radius = RADIUS * bound;
     let mut total = vec![0.0_f64; m];
+    let mut moved = vec![0.0_f64; 3 * active.len()];
     for _ in 0..STEPS {
         let mut rows: Vec<f64> = Vec::new();
         let mut excess = Vec::new();
         let mut beyond = false;
-        for (v, r) in &active {
-            let t: [&[f32]; 3] = std::array::from_fn(|c| &basis.t[(3 * v + c) * m..][..m]);
-            let mut at = r.map(f64::from);
-            for (at, t) in at.iter_mut().zip(t) {
-                *at -= total.iter().zip(t).map(|(w, t)| w * f64::from(*t)).sum::<f64>();
-            }
+        for (i, &v) in active.iter().enumerate() {
+            let at: [f64; 3] = std::array::from_fn(|c| f64::from(vectors[v][c]) - moved[3 * i + c]);
             let length = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt();
             if length > radius {
                 beyond |= length > bound;
                 let d = at.map(|x| x / length);
-                rows.extend((0..m).map(|j| (0..3).map(|c| d[c] * f64::from(t[c][j])).sum::<f64>()));
+                let (x, rest) = columns[3 * i * m..][..3 * m].split_at(m);
+                let (y, z) = rest.split_at(m);
+                rows.extend(x.iter().zip(y).zip(z).map(|((x, y), z)| d[0] * x + d[1] * y + d[2] * z));
                 excess.push(length - radius);
             }
         }
@@ -195,6 +197,9 @@ fn improve(basis: &Orthonormal, rest: &[f32], bound: f64, change: &mut [f32]) {
             break;
         }
         step(&rows, &excess, &mut total);
+        let to = MatMut::from_column_major_slice_mut(&mut moved, 3 * active.len(), 1);
+        let total = MatRef::from_column_major_slice(&total, m, 1);
+        matmul(to, Accum::Replace, t.transpose(), total, 1.0, Par::Seq);
     }
     change.iter_mut().zip(total).for_each(|(change, total)| *change = total as f32);
 }
