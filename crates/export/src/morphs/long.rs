@@ -12,7 +12,7 @@ use super::fit;
 use super::frames::{Centred, Frames, Gram};
 use super::linear::{self, product};
 use super::search;
-use super::weights;
+use super::weights::{Known, Shapes};
 use faer::Mat;
 use rhytid_core::{Error, Progress, Result};
 
@@ -39,10 +39,18 @@ pub(super) struct Solution {
     pub weights: Mat<f64>,
 }
 
+/// What a search found.
+struct Search<'a> {
+    fit: &'a Fit,
+    gram: &'a Gram,
+    /// The frames that it looked at, in ascending order.
+    chosen: &'a [usize],
+}
+
 /// What [`all_weights`] finds.
 struct Found {
-    /// F×n; 0 for frames that were not looked at.
-    weights: Mat<f64>,
+    /// The weights of all frames. Those that were not looked at have what was known before.
+    known: Known,
     /// How far the worst vertex of each frame is from its place; 0 for frames that were not looked at, and
     /// for those of the search.
     errors: Vec<f64>,
@@ -76,9 +84,11 @@ pub(super) fn fewest(
     };
     // The frames whose weights are looked for.
     let mut looked_at: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(GLANCE)).collect();
+    let mut known = None;
     loop {
         frames.choose_all();
-        let found = all_weights(frames, &fit, &gram, &chosen, &looked_at, bound, progress)?;
+        let search = Search { fit: &fit, gram: &gram, chosen: &chosen };
+        let found = all_weights(frames, &search, &looked_at, known.as_ref(), bound, progress)?;
         let beyond = found.errors.iter().filter(|&&error| error > bound).count();
         log::debug!(
             "{} morph targets for {} frames: {beyond} of {} frames are beyond",
@@ -87,17 +97,20 @@ pub(super) fn fewest(
             looked_at.len()
         );
         if beyond == 0 && looked_at.len() == all.len() {
-            return Ok(Some(Solution { fit, center: gram.center, chosen, weights: found.weights }));
+            let weights = found.known.weights;
+            return Ok(Some(Solution { fit, center: gram.center, chosen, weights }));
         }
         if beyond == 0 {
             looked_at.clone_from(&all);
+            known = Some(found.known);
             continue;
         }
         let before = join(&mut chosen, &found.errors, bound);
         // All frames are looked at again when none of these is beyond the bound.
         looked_at.retain(|&i| found.errors[i] > bound);
         frames.choose(chosen.clone());
-        let grown = grown(&fit, &before, &chosen, &found.weights);
+        let grown = grown(&fit, &before, &chosen, &found.known.weights);
+        known = Some(found.known);
         let again = fit::fit(&mut Centred::new(frames, &gram), grown, bound, &mut tick(progress))?;
         fit = match again {
             Some(again) => again,
@@ -133,16 +146,18 @@ pub(super) fn nearest(
     let start = linear::principal(&gram.matrix)?;
     let (mut fit, mut met) = search::nearest(frames, &gram, &start, targets, None, progress)?;
     let mut best: Option<(Solution, f64)> = None;
+    let mut known = None;
     for joins in 0.. {
         frames.choose_all();
-        let found = all_weights(frames, &fit, &gram, &chosen, &all, met, progress)?;
+        let search = Search { fit: &fit, gram: &gram, chosen: &chosen };
+        let found = all_weights(frames, &search, &all, known.as_ref(), met, progress)?;
         let worst = found.errors.iter().copied().fold(met, f64::max);
         log::debug!(
             "{targets} morph targets: {} frames are within {met:.3e}, all within {worst:.3e}",
             chosen.len()
         );
         if best.as_ref().is_none_or(|best| worst < best.1) {
-            let (center, weights) = (gram.center.clone(), found.weights.clone());
+            let (center, weights) = (gram.center.clone(), found.known.weights.clone());
             best = Some((Solution { fit: fit.clone(), center, chosen: chosen.clone(), weights }, worst));
         }
         if worst <= search::CLOSE * met || joins == JOINS {
@@ -150,7 +165,8 @@ pub(super) fn nearest(
         }
         let before = join(&mut chosen, &found.errors, met);
         frames.choose(chosen.clone());
-        let grown = grown(&fit, &before, &chosen, &found.weights);
+        let grown = grown(&fit, &before, &chosen, &found.known.weights);
+        known = Some(found.known);
         let again = fit::fit(&mut Centred::new(frames, &gram), grown, met, &mut tick(progress))?;
         if let Some(again) = again {
             fit = again;
@@ -169,32 +185,43 @@ fn tick(progress: &dyn Progress) -> impl FnMut(usize) -> Result<()> + '_ {
 }
 
 /// The weights of the frames that are `looked_at`. The search has found those of the frames that it looked
-/// at.
+/// at. `known` has what was found for the shapes before.
 fn all_weights(
     frames: &mut Frames,
-    fit: &Fit,
-    gram: &Gram,
-    chosen: &[usize],
+    search: &Search<'_>,
     looked_at: &[usize],
+    known: Option<&Known>,
     bound: f64,
     progress: &dyn Progress,
 ) -> Result<Found> {
-    let (all, n) = (frames.frames(), fit.q.ncols());
-    let (mut weights, mut errors) = (Mat::zeros(all, n), vec![0.0; all]);
+    let Search { fit, gram, chosen } = search;
+    let all = frames.frames();
+    let shapes = Shapes::new(fit, &gram.center)?;
+    let start = known.map(|known| shapes.carried(known));
+    let mut weights = match &start {
+        Some(start) => shapes.turned_back(start),
+        None => Mat::full(all, fit.q.ncols(), f64::NAN),
+    };
+    let mut errors = vec![0.0; all];
+    let mut keep = |frame: usize, found: &Mat<f64>, row: usize| {
+        (0..found.ncols()).for_each(|j| weights[(frame, j)] = found[(row, j)]);
+    };
     let others: Vec<usize> = looked_at.iter().copied().filter(|i| chosen.binary_search(i).is_err()).collect();
     if !others.is_empty() {
         frames.choose(others.clone());
-        let found = weights::weights(frames, fit, &gram.center, bound, progress)?;
+        let found = shapes.weights(frames, &others, start.as_ref(), bound, progress)?;
         frames.choose_all();
+        let of_t = shapes.turned_back(&found.weights);
         for (i, &frame) in others.iter().enumerate() {
             errors[frame] = found.errors[i];
-            (0..n).for_each(|j| weights[(frame, j)] = found.weights[(i, j)]);
+            keep(frame, &of_t, i);
         }
     }
     for (i, &frame) in chosen.iter().enumerate() {
-        (0..n).for_each(|j| weights[(frame, j)] = fit.q[(i, j)]);
+        keep(frame, &fit.q, i);
     }
-    Ok(Found { weights, errors })
+    let known = Known { weights, t: fit.t.clone(), center: gram.center.clone() };
+    Ok(Found { known, errors })
 }
 
 /// The frames farthest beyond the bound join the others, at most [`MORE`] of them. Neighbours are alike, so
