@@ -115,8 +115,8 @@ def write(page, rows):
 def check(page, rows):
     """Compares rows with those in the page. Returns an exit code."""
     stored = page.read_text().split(BEGIN)[1].split(END)[0]
-    lines = [[cell.strip() for cell in line.strip("|\n ").split("|")] for line in stored.splitlines() if "`" in line]
-    kept = {(line[0], line[1].strip("`")): line[2:] for line in lines if len(line) == len(HEAD)}
+    lines = [[cell.strip() for cell in line[1:-1].split("|")] for line in stored.splitlines() if line.startswith("| ")]
+    kept = {(line[0], line[1].strip("`")): line[2:] for line in lines}
     # assimp is what the system has, and may be of another version.
     kept |= {(without_version(client), kind): values for (client, kind), values in kept.items()}
     faults = []

@@ -22,8 +22,9 @@ def read(path, job):
     for code, points, directions in zip(codes, local, shading):
         matrix = np.array(UsdGeom.Imageable(prim).ComputeLocalToWorldTransform(code))
         positions.append(metres * (np.array(points, float) @ matrix[:3, :3] + matrix[3, :3]))
-        normals.append(np.array(directions, float) @ np.linalg.inv(matrix[:3, :3]).T)
-    return client.Read(positions, normals, materials(stage, prim, path), str(UsdGeom.GetStageUpAxis(stage)))
+        if directions is not None:
+            normals.append(np.array(directions, float) @ np.linalg.inv(matrix[:3, :3]).T)
+    return client.Read(positions, normals or None, materials(stage, prim, path), str(UsdGeom.GetStageUpAxis(stage)))
 
 
 def samples(prim, codes):
@@ -45,6 +46,9 @@ def shapes(prim, codes):
         (mesh.GetPointsAttr().Get(), lambda target: target.GetOffsetsAttr().Get()),
         (mesh.GetNormalsAttr().Get(), lambda target: target.GetNormalOffsetsAttr().Get()),
     ):
+        if base is None:
+            results.append([None for _ in codes])
+            continue
         base = np.array(base, float)
         moved = []
         for target in targets:
