@@ -109,7 +109,8 @@ def make_files(program, folder):
 def rhytid(program, folder, *arguments):
     done = subprocess.run([program, *arguments, "--quiet"], cwd=folder, capture_output=True, text=True)
     if done.returncode:
-        raise RuntimeError(f"rhytid {' '.join(arguments)}: {done.stderr.strip()}")
+        said = (done.stderr.strip().splitlines() or [""])[0]
+        raise RuntimeError(f"rhytid {' '.join(arguments)}: {said}")
 
 
 def measured(given, folder):

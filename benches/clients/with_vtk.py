@@ -46,8 +46,8 @@ def material(part, reader):
     colour, texture = value("BaseColorMultiplier"), value("BaseColorTextureIndex")
     size = None
     if texture is not None and 0 <= int(texture.GetTuple1(0)) < reader.GetNumberOfTextures():
-        image = reader.GetTexture(int(texture.GetTuple1(0)))
-        size = list(image.GetDimensions()[:2]) if image is not None else None
+        image = reader.GetTexture(int(texture.GetTuple1(0))).GetVTKTexture().GetInput()
+        size = list(image.GetDimensions()[:2]) if image else None
     return {"name": "", "colour": None if colour is None else list(colour.GetTuple(0)[:3]), "texture": size}
 
 
