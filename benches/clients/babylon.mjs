@@ -7,7 +7,7 @@ const core = await load("@babylonjs/core/index.js");
 await load("@babylonjs/loaders/glTF/index.js");
 core.Logger.LogLevels = core.Logger.NoneLogLevel;
 
-// As docs/export.md says: a page brings the decoder, or it is fetched from Babylon's own server.
+// A page brings the decoder, as docs/clients.md says, or Babylon.js fetches it from its own server.
 globalThis.MeshoptDecoder = (await load("three/examples/jsm/libs/meshopt_decoder.module.js")).MeshoptDecoder;
 // The decoder's workers are a browser's.
 MeshoptDecoder.useWorkers = () => {};
