@@ -3,7 +3,7 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// Packages that the tests run or are checked with, besides Python and Node.js.
-const PACKAGES: [&str; 26] = [
+const PACKAGES: [&str; 27] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
@@ -28,6 +28,8 @@ const PACKAGES: [&str; 26] = [
     // `dwebp`.
     "ffmpeg",
     "webp",
+    // A library that many programs read glTF with.
+    "libassimp5",
     // A display in memory for the window, and a program that moves its pointer and presses its keys.
     "xvfb",
     "xdotool",

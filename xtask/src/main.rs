@@ -1,11 +1,12 @@
 //! The project's chores, one file each.
 //!
 //! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench | heads |
-//! collections`
+//! collections | clients`
 #![forbid(unsafe_code)]
 
 mod bench;
 mod check;
+mod clients;
 mod collections;
 mod debian;
 mod deny;
@@ -68,6 +69,8 @@ enum Chore {
     Heads(heads::Heads),
     /// Read public collections of meshes with Rhytid and with other programs, and table the differences.
     Collections(collections::Collections),
+    /// Open exports with other programs, and write the table of docs/clients.md.
+    Clients(clients::Clients),
 }
 
 fn main() -> ExitCode {
@@ -84,6 +87,7 @@ fn main() -> ExitCode {
         Chore::Bench(options) => bench::bench(&options),
         Chore::Heads(options) => heads::heads(&options),
         Chore::Collections(options) => collections::collections(&options),
+        Chore::Clients(options) => clients::clients(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

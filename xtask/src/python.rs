@@ -14,10 +14,29 @@ struct Environment {
     modules: &'static str,
 }
 
-const ENVIRONMENTS: [Environment; 3] = [
+const ENVIRONMENTS: [Environment; 4] = [
     Environment { folder: "venv", requirements: "requirements.txt", modules: "pxr.Usd, ezc3d" },
     Environment { folder: "venv-usd-24.3", requirements: "requirements-usd-24.3.txt", modules: "pxr.Usd" },
     Environment { folder: "venv-blender", requirements: "requirements-blender.txt", modules: "bpy" },
+    Environment {
+        folder: "clients/python",
+        requirements: "requirements-clients.txt",
+        modules: "PIL.Image, pyassimp, pxr.Usd, trimesh, vtk",
+    },
+];
+
+/// Older Blenders that exports are opened with.
+const BLENDERS: [Environment; 2] = [
+    Environment {
+        folder: "clients/blender-4.2",
+        requirements: "requirements-blender-4.2.txt",
+        modules: "bpy",
+    },
+    Environment {
+        folder: "clients/blender-4.5",
+        requirements: "requirements-blender-4.5.txt",
+        modules: "bpy",
+    },
 ];
 
 const PEERS: Environment = Environment {
@@ -42,6 +61,19 @@ pub(crate) fn collections() -> Result<PathBuf> {
 pub(crate) fn blender() -> Result<PathBuf> {
     ENVIRONMENTS[2].make()?;
     Ok(ENVIRONMENTS[2].python())
+}
+
+/// Makes the environment of the programs that open exports if it is missing. Returns its Python.
+pub(crate) fn clients() -> Result<PathBuf> {
+    ENVIRONMENTS[3].make()?;
+    Ok(ENVIRONMENTS[3].python())
+}
+
+/// Makes the environments of all Blenders that exports are opened with. Returns their Pythons, the oldest
+/// first.
+pub(crate) fn blenders() -> Result<Vec<PathBuf>> {
+    BLENDERS.iter().try_for_each(Environment::make)?;
+    Ok(BLENDERS.iter().map(Environment::python).chain([blender()?]).collect())
 }
 
 /// Makes the environment of the bench's peers if it is missing. Returns its Python.

@@ -18,12 +18,13 @@ const TIME_LIMIT_S = 300;
 
 const job = JSON.parse(readFileSync(process.argv[2], "utf8"));
 const here = import.meta.dirname ?? path.dirname(new URL(import.meta.url).pathname);
-const types = { ".html": "text/html", ".js": "text/javascript" };
+const types = { ".html": "text/html", ".js": "text/javascript", ".mjs": "text/javascript" };
 
-// What the page asks for: itself, three.js, the job, a file by its number and what lies beside it.
+// What the page asks for: itself and what lies beside it, three.js, the job, a file by its number and what lies beside that.
 function source(url) {
     const [, kind, ...rest] = decodeURIComponent(url).split("/");
     if (kind === "") return path.join(here, job.page);
+    if (kind === "beside") return path.join(here, path.dirname(job.page), ...rest);
     if (kind === "three") return path.join(job.modules, ...rest);
     if (kind === "file") return path.join(path.dirname(job.files[rest[0]]), rest[1]);
     return null;
