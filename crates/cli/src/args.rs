@@ -17,6 +17,7 @@ mod setup;
 mod skin;
 mod solve;
 mod transfer;
+mod usd_layer;
 mod values;
 #[cfg(feature = "view")]
 mod view;
@@ -42,6 +43,7 @@ pub(crate) use skin::SkinLight;
 pub(crate) use solve::{Demo, Doctor, Solve};
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
+pub(crate) use usd_layer::UsdLayer;
 pub(crate) use values::{
     Elsewhere, HeadChoice, Json, MaterialsChoice, ShapesChoice, StageChoice, UnitChoice,
 };

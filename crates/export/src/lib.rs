@@ -19,6 +19,7 @@ mod exporter;
 mod frame;
 pub mod morphs;
 mod options;
+mod prim_path;
 mod reader;
 mod recipe;
 mod scene;
@@ -26,7 +27,8 @@ mod shapes;
 
 pub use exporter::{Deviation, Exporter, Written};
 pub use frame::Frame;
-pub use options::{Options, TextureFiles};
+pub use options::{Options, Subdivision, TextureFiles};
+pub use prim_path::{PrimPath, is_prim_name};
 pub use reader::{AnimationReader, StatedError, Summary};
 pub use recipe::{
     ChannelChoice, Gains, HeadMotion, OutputStage, Recipe, StatedRecipe, Treatment, WrinkleGroup,

@@ -1,5 +1,7 @@
 //! The choices that only some formats have.
 
+use crate::PrimPath;
+
 /// The choices of those formats that have any. All others ignore them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Options {
@@ -27,17 +29,39 @@ pub struct Options {
     /// What becomes of the textures of materials; `None` for what suits the format: [`TextureFiles::Embed`]
     /// in `.glb` and `.usdz`, else [`TextureFiles::Copy`].
     pub textures: Option<TextureFiles>,
+    /// USD: the prim that has the face; `None` for one at the root with the mesh's name.
+    pub prim_path: Option<PrimPath>,
+    /// USD: the name of the mesh's prim below it, which has to be one that prims may have; `None` for that of
+    /// the prim above with `_mesh`.
+    pub mesh_name: Option<String>,
+    /// USD: the samples alone, as a layer that goes over another with the mesh; not together with `shapes`.
+    pub over: bool,
+    /// USD: the metre as the unit of the layer, with a transform that scales the mesh to it; for programs that
+    /// do not read units.
+    pub metres: bool,
+    /// USD: how programs are to subdivide the mesh.
+    pub subdivision: Subdivision,
+}
+
+/// How programs subdivide a mesh of USD before they show it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Subdivision {
+    /// Not at all: the vertices are shown where they are.
+    #[default]
+    None,
+    /// After Catmull and Clark. The surface is smooth, and its points are near the vertices and not at them.
+    CatmullClark,
 }
 
 /// What becomes of the textures of materials.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TextureFiles {
-    /// Copies beside the file, with the hash of their content in their names.
+    /// Copies beside the file, with the hash of their content in their names; not in `.usdz`.
     Copy,
-    /// Inside the file.
+    /// Inside the file. Of USD's files, only `.usdz` has a place for them.
     Embed,
-    /// The input's own files, by the paths that the input names. A texture without a file of its own is
-    /// embedded, with a warning.
+    /// The input's own files, by the paths that the input names; not in `.usdz`. A texture without a file of
+    /// its own is embedded, or copied in USD, with a warning.
     Refer,
     /// No textures.
     None,

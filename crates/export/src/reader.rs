@@ -14,7 +14,7 @@ pub struct Summary {
     /// count.
     pub vertices: usize,
     /// The polygons, as indices of the V vertices. In a format that has triangles alone, these are the
-    /// triangles.
+    /// triangles. There are none in a USD layer that goes over another with the mesh.
     pub faces: Faces,
     /// The number of frames, at least 1.
     pub frames: usize,

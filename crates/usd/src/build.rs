@@ -47,8 +47,14 @@ impl Prim {
         self.properties.push(Property::Relationship(Relationship { name: name.into(), targets }));
     }
 
-    /// Says that an API schema is applied. Once for a prim.
+    /// Says that an API schema is applied, after those that are applied already.
     pub(super) fn apply(&mut self, schema: &str) {
+        for (name, value) in &mut self.metadata {
+            if let ("apiSchemas", Value::PrependedTokens(applied)) = (name.as_str(), value) {
+                applied.push(schema.into());
+                return;
+            }
+        }
         self.metadata.push(("apiSchemas".into(), Value::PrependedTokens(vec![schema.into()])));
     }
 }

@@ -113,6 +113,8 @@ pub enum Value {
     Asset(String),
     /// `float3` and its roles, such as `color3f`
     Float3([f32; 3]),
+    /// `float4` and its roles, such as `color4f`
+    Float4([f32; 4]),
     /// `double3` and its roles, such as `vector3d`
     Double3([f64; 3]),
     /// `quatd`: the real part, then the imaginary ones; also read from `quatf` and `quath`
@@ -169,6 +171,7 @@ impl Value {
             Self::Token(_) => "token",
             Self::Asset(_) => "asset",
             Self::Float3(_) => "float3",
+            Self::Float4(_) => "float4",
             Self::Double3(_) => "double3",
             Self::Quatd(_) => "quatd",
             Self::Matrix4d(_) => "matrix4d",

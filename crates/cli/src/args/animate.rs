@@ -4,6 +4,7 @@ use super::channels::Channels;
 use super::fine_detail::FineDetail;
 use super::live::{FramesChoice, Listen};
 use super::placing::TakeReading;
+use super::usd_layer::UsdLayer;
 use super::values::{HeadChoice, Json, MaterialsChoice, TexturesChoice, parse_millimetres, parse_rate};
 use super::{DEVICE, GLTF, INPUT, OUTPUT, QUALITY, SIDE_FILES};
 use rhytid::formats::export::WrinkleGroup;
@@ -52,6 +53,15 @@ pub(crate) struct Animate {
     /// Where the textures of materials are [default: embed for .glb and .usdz, else copy].
     #[arg(long, value_enum, hide_short_help = true, help_heading = OUTPUT)]
     pub textures: Option<TexturesChoice>,
+
+    #[command(flatten)]
+    pub layer: UsdLayer,
+
+    /// USD: samples alone, as a layer over another file that has the mesh.
+    ///
+    /// The mesh there has the neutral's vertices in their order. docs/export.md shows the steps.
+    #[arg(long, hide_short_help = true, conflicts_with_all = ["textures", "subdivision"], help_heading = OUTPUT)]
+    pub over: bool,
 
     #[command(flatten)]
     pub channels: Channels,

@@ -1,6 +1,7 @@
 //! The flags of commands that write further files of a rig, and that check what was written.
 
 use super::placing::TakeSpace;
+use super::usd_layer::UsdLayer;
 use super::values::{Elsewhere, Json, MaterialsChoice, TexturesChoice};
 use std::path::PathBuf;
 
@@ -41,6 +42,9 @@ pub(crate) struct ExportShapes {
     /// Where the textures of materials are [default: embed for .glb and .usdz, else copy].
     #[arg(long, value_enum)]
     pub textures: Option<TexturesChoice>,
+
+    #[command(flatten)]
+    pub layer: UsdLayer,
 
     /// glTF: the most morph targets that the file may have [default: 256].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..))]

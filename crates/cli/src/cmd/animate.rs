@@ -266,6 +266,11 @@ fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options
         one_material: args.materials == MaterialsChoice::One,
         clip: take_name(args),
         textures: args.textures.map(Into::into),
+        prim_path: args.layer.prim_path.clone(),
+        mesh_name: args.layer.mesh_name.clone(),
+        metres: args.layer.metres,
+        over: args.over,
+        subdivision: args.layer.subdivision.into(),
     }
 }
 
@@ -439,10 +444,13 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     const GLTF: &str = "glTF (.glb or .gltf)";
     let for_both =
         [(args.reading.shapes_to_write().is_some(), "--shapes"), (args.textures.is_some(), "--textures")];
+    const USD: &str = "USD (.usd, .usdc, .usda or .usdz)";
+    let mut for_usd = args.layer.given().to_vec();
+    for_usd.push((args.over, "--over"));
     let of_others = match format {
         Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
-        Format::Glb | Format::Gltf => Vec::new(),
-        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF")],
+        Format::Glb | Format::Gltf => vec![(&for_usd[..], USD)],
+        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF"), (&for_usd, USD)],
     };
     let mut given = of_others.iter().flat_map(|(options, of)| options.iter().map(move |option| (option, of)));
     match given.find(|((given, _), _)| *given) {

@@ -180,6 +180,8 @@ fn animate(
         quantize: false,
         meshopt: false,
         textures: None,
+        layer: args::UsdLayer::default(),
+        over: false,
         targets: None,
         materials: args::MaterialsChoice::default(),
         vertex_ids: false,

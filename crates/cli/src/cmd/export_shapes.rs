@@ -28,6 +28,10 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
         one_material: args.materials == MaterialsChoice::One,
         force: args.force,
         textures: args.textures.map(Into::into),
+        prim_path: args.layer.prim_path.clone(),
+        mesh_name: args.layer.mesh_name.clone(),
+        metres: args.layer.metres,
+        subdivision: args.layer.subdivision.into(),
         ..export::Options::default()
     };
     let columns = if args.handles { 3 * rig.handles().len() } else { 0 };
@@ -79,16 +83,17 @@ pub(super) fn run(args: &args::ExportShapes, ui: &Ui) -> Result<()> {
 
 /// An option that the format would ignore is a mistake.
 fn check_options(args: &args::ExportShapes) -> Result<()> {
-    if matches!(Format::from_extension(&args.output)?, Format::Glb | Format::Gltf) {
-        return Ok(());
-    }
-    let given = [
+    let for_gltf = vec![
         (args.targets.is_some(), "--targets"),
         (args.materials != MaterialsChoice::default(), "--materials"),
     ];
-    match given.into_iter().find(|(given, _)| *given) {
+    let (of_others, others) = match Format::from_extension(&args.output)? {
+        Format::Glb | Format::Gltf => (args.layer.given().to_vec(), "USD (.usd, .usdc, .usda or .usdz)"),
+        _ => (for_gltf, "glTF (.glb or .gltf)"),
+    };
+    match of_others.into_iter().find(|(given, _)| *given) {
         Some((_, option)) => Err(Error::conflict(format!(
-            "{}: {option} is for glTF (.glb or .gltf); leave it out, or choose such a file",
+            "{}: {option} is for {others}; leave it out, or choose such a file",
             args.output.display()
         ))),
         None => Ok(()),

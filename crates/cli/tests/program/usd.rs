@@ -48,3 +48,47 @@ fn usd_reads_the_backends_bits() {
     }
     assert!(told[0] != told[1] && told[1] != told[2], "stages are not told apart");
 }
+
+/// A layer over an asset, in metres and below other prims, is what `verify` expects; and each flag has its
+/// formats.
+#[test]
+fn the_face_is_where_the_pipeline_wants_it() {
+    let f = Fixture::new();
+    let [rig, take] = ["face.safetensors", "performance.csv"].map(|name| demo().join(name));
+    let (rig, take) = (rig.display(), take.display());
+    let animate = format!("animate {rig} {take} --device cpu:0 --frames 3..9 -o");
+    for (file, options) in [
+        ("placed.usd", "--prim-path /char/anna/face --mesh-name geo --subdivision catmullClark"),
+        ("over.usda", "--prim-path /char/anna/face --over --start-frame 1001"),
+        ("metres.usd", "--metres"),
+        ("metres.usda", "--metres --shapes 3"),
+    ] {
+        f.done(&format!("{animate} {file} {options}"));
+        f.done(&format!("verify {file} --rig {rig} --take {take}"));
+    }
+    let text = f.read_text("over.usda");
+    assert!(text.contains("over \"face_mesh\"") && !text.contains("faceVertexIndices"));
+    // What was changed is still found.
+    f.replace("over.usda", "startTimeCode = 1004", "startTimeCode = 1003");
+    let output = f.rhytid(&format!("verify over.usda --rig {rig} --take {take}")).output().unwrap();
+    assert!(!output.status.success());
+
+    let animate = format!("animate {rig} {take} -o out/face");
+    for (options, words) in [
+        (".glb --over", &["--over is for USD (.usd, .usdc, .usda or .usdz)"][..]),
+        (".gltf --prim-path /face", &["--prim-path is for USD"]),
+        (".pc2 --metres", &["--metres is for USD"]),
+        (
+            ".usd --prim-path /char/2nd",
+            &["the prim path is “/char/2nd”, expected a path such as /char/anna/face"],
+        ),
+        (".usd --mesh-name a/b", &["the mesh is to be called “a/b”"]),
+        (".usd --over --shapes 3", &["has samples alone", "--shapes"]),
+        (".usd --over --textures none", &["--over", "--textures"]),
+    ] {
+        f.refused(&format!("{animate}{options}"), words);
+    }
+    f.refused(&format!("export-shapes {rig} -o out/s.glb --metres"), &["--metres is for USD"]);
+    f.done(&format!("export-shapes {rig} -o shapes.usda --prim-path /char/face --metres"));
+    assert!(f.read_text("shapes.usda").contains("</char/face/skeleton>"));
+}

@@ -23,8 +23,8 @@ use crate::pc2::PointCache;
 use checked::Checked;
 use rhytid_core::Reach;
 use rhytid_core::channel::{self, Channel};
-use rhytid_core::{ChannelKind, Error, Progress, Result};
-use rhytid_export::{AnimationReader, Exporter, Options, Scene, Shapes, Written};
+use rhytid_core::{ChannelKind, Error, Progress, Remedy, Result};
+use rhytid_export::{AnimationReader, Exporter, Options, Scene, Shapes, Written, is_prim_name};
 use rhytid_gltf::Attribute;
 use rhytid_gltf::write::{self as gltf, Kind};
 use rhytid_usd::{read, write as usd};
@@ -139,10 +139,29 @@ fn create_usd(
     scene: &Scene<'_>,
     options: &Options,
 ) -> Result<Box<dyn Exporter>> {
+    check_mesh_name(path, options)?;
+    if options.over && options.shapes.is_some() {
+        return Err(Error::conflict(format!(
+            "{}: a layer over another has samples alone, and shapes with curves are more; leave one out",
+            path.display()
+        ))
+        .with_remedies(&[Remedy::NoShapes]));
+    }
     Ok(match options.shapes {
-        Some(shapes) => Box::new(usd::Baked::create(path, encoding, scene, shapes)?),
-        None => Box::new(usd::Face::create(path, encoding, scene)?),
+        Some(shapes) => Box::new(usd::Baked::create(path, encoding, scene, shapes, options)?),
+        None => Box::new(usd::Face::create(path, encoding, scene, options)?),
     })
+}
+
+fn check_mesh_name(path: &Path, options: &Options) -> Result<()> {
+    match options.mesh_name.as_ref().filter(|name| !is_prim_name(name)) {
+        Some(name) => Err(Error::bad_path(format!(
+            "{}: the mesh is to be called “{name}”, expected ASCII letters, digits and underscores, not beginning \
+             with a digit",
+            path.display()
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// Whether a file at `path` may hold `count` shapes, before they are made.
@@ -151,7 +170,7 @@ fn create_usd(
 /// [`Error::Input`] if the extension is not of a known [`Format`], or the format has no room for them.
 pub fn check_shapes(path: &Path, count: usize, options: &Options) -> Result<()> {
     match Format::from_extension(path)? {
-        Format::Usdc | Format::Usda | Format::Usdz => Ok(()),
+        Format::Usdc | Format::Usda | Format::Usdz => check_mesh_name(path, options),
         Format::Glb | Format::Gltf => gltf::check_count(path, count, options),
         Format::Pc2 => Err(without_shapes(path)),
     }
@@ -175,7 +194,8 @@ pub fn write_shapes(
     let format = Format::from_extension(path)?;
     shapes.check()?;
     let usd = |encoding| {
-        let bytes = usd::write_shapes(path, encoding, shapes)?;
+        check_mesh_name(path, options)?;
+        let bytes = usd::write_shapes(path, encoding, shapes, options)?;
         Ok(Written { bytes, targets: Some(shapes.shapes.len()), error: None })
     };
     match format {

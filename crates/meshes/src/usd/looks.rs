@@ -77,11 +77,14 @@ impl<'l> Reader<'_, 'l, '_, '_> {
         };
         let mut stated = StatedLook::default();
         let mut color_shader = None;
+        let mut scale = None;
         match self.input(surface, "inputs:diffuseColor")? {
             Input::Nothing => {}
             Input::Value(value) => stated.base_color = color(&value),
             Input::Texture(connected) => {
                 stated.texture = self.texture(&connected, &name, true)?;
+                scale = self.scale(&connected.shader)?.filter(|_| stated.texture.is_some());
+                stated.base_color = scale.map(|[red, green, blue, _]| [red, green, blue]);
                 color_shader = Some(connected.shader);
             }
             Input::Other(path) => self.not_read(&name, "diffuseColor", &path),
@@ -93,6 +96,7 @@ impl<'l> Reader<'_, 'l, '_, '_> {
         if let Input::Texture(connected) = self.input(surface, "inputs:opacity")? {
             if color_shader.as_ref() == Some(&connected.shader) && connected.output == "a" {
                 has_alpha = stated.texture.is_some();
+                stated.opacity = scale.map(|[.., alpha]| alpha);
             } else if let Some(alpha) = self.texture(&connected, &name, false)? {
                 let of = if connected.output == "a" { AlphaOf::Alpha } else { AlphaOf::Brightness };
                 if let Some(combined) = self.gathered.combined(stated.texture, alpha, of) {
@@ -209,6 +213,17 @@ impl<'l> Reader<'_, 'l, '_, '_> {
             let found = named_file(path, Path::new(&file), "inputs:file", reach)?;
             input_file::read(&found, input_file::LARGEST_MESH_OR_TAKE)
         }))
+    }
+
+    /// What a texture is multiplied by, each from 0 to 1.
+    fn scale(&mut self, shader: &str) -> Result<Option<[f32; 4]>> {
+        let Some(shader) = self.tree.at(shader) else { return Ok(None) };
+        Ok(match self.input(shader, "inputs:scale")? {
+            Input::Value(Value::Float4(scale)) if scale.iter().all(|part| part.is_finite()) => {
+                Some(scale.map(|part| part.clamp(0.0, 1.0)))
+            }
+            _ => None,
+        })
     }
 
     fn is_moved(&self, path: &str) -> bool {

@@ -1,20 +1,24 @@
 //! The animation of one mesh in one layer.
 
-use super::lookup::{attribute, below, default_prim, field, stated_errors, stated_recipe};
+use super::images::{has_textures, image};
+use super::lookup::{SCALE, attribute, face_of, field, meshes, stated_errors, stated_recipe};
 use super::opened::{Opened, Samples};
 use super::shapes::Shapes;
 use crate::channels;
 use crate::compare::differences;
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
-use crate::write::{animation_layer, baked_layer};
+use crate::write::{Assets, Choices, accept, animation_layer, baked_layer};
 use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, Faces, Result, UpAxis};
 use rhytid_export::{AnimationReader, Scene, StatedError, Summary};
+use std::path::{Path, PathBuf};
 
 /// An animation that one layer holds.
 pub(crate) struct Animation {
     /// The file's name.
     name: String,
+    /// The file, if it is one.
+    path: Option<PathBuf>,
     summary: Summary,
     samples: Box<dyn Samples>,
     numbers: Numbers,
@@ -37,18 +41,19 @@ struct Numbers {
 }
 
 impl Animation {
-    /// Finds the animation in a layer; `name` is the file's.
+    /// Finds the animation in a layer; `name` is the file's, and `path` is where it is.
     ///
     /// # Errors
     /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a
     /// sample at each of consecutive time codes.
-    pub(crate) fn new(opened: Opened, name: String) -> Result<Self> {
+    pub(crate) fn new(opened: Opened, name: String, path: Option<&Path>) -> Result<Self> {
         let Opened { layer, mut samples, unread } = opened;
         let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
             Fault::Found(what) => Error::malformed(format!("{name}: {what}")),
             Fault::Unread(error) => error,
         });
-        found.map(|(summary, numbers)| Self { name, summary, samples, numbers, layer, unread })
+        let path = path.map(Path::to_owned);
+        found.map(|(summary, numbers)| Self { name, path, summary, samples, numbers, layer, unread })
     }
 
     /// The numbers of a channel in a sample.
@@ -122,22 +127,28 @@ impl AnimationReader for Animation {
     }
 
     fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>> {
-        let expected = match &self.numbers.shapes {
-            None => animation_layer(scene)?,
-            Some(_) => with_shapes(&self.layer, scene)?,
+        // Textures may be left out, as an export can do it. Where they are is its choice, too.
+        let assets = if has_textures(&self.layer) { Assets::named(scene) } else { Assets::NONE };
+        let choices = Choices::of_layer(&self.layer, assets);
+        let mut expected = match &self.numbers.shapes {
+            None => animation_layer(scene, &choices)?,
+            Some(_) => with_shapes(&self.layer, scene, &choices)?,
         };
+        let path = self.path.as_deref();
+        accept(&mut expected, &self.layer, scene, |asset, size| image(path?, asset, size));
         Ok(differences(&self.layer, &self.unread, &expected))
     }
 }
 
 /// The layer of an export with the base and the shapes that are in `layer`: their numbers are compared as
 /// frames.
-fn with_shapes(layer: &Layer, scene: &Scene<'_>) -> Result<Layer> {
-    let mesh = default_prim(layer).and_then(|root| below(root, "Mesh").first().copied());
-    let mesh = mesh.ok_or_else(|| Error::Internal("a mesh was there before".into()))?;
+fn with_shapes(layer: &Layer, scene: &Scene<'_>, choices: &Choices) -> Result<Layer> {
+    let was_there = || Error::Internal("a mesh was there before".into());
+    let face = face_of(layer).ok_or_else(was_there)?;
+    let mesh = face.mesh.ok_or_else(was_there)?;
     let shapes = mesh.children.iter().filter(|child| child.type_name == "BlendShape");
     let names = shapes.clone().map(|shape| shape.name.clone()).collect();
-    let mut expected = baked_layer(scene, names, mesh)?;
+    let mut expected = baked_layer(scene, choices, names, mesh)?;
     let is_known = |property: &Property| match property {
         Property::Attribute(Attribute { name, uniform: true, samples: None, .. }) => {
             ["offsets", "normalOffsets", "pointIndices"].contains(&name.as_str())
@@ -149,8 +160,11 @@ fn with_shapes(layer: &Layer, scene: &Scene<'_>) -> Result<Layer> {
         shape.properties.retain(is_known);
         Prim { metadata: Fields::new(), children: Vec::new(), ..shape }
     });
-    // An export has one prim, and its first child is the mesh.
-    expected.prims[0].children[0].children = children.collect();
+    // Below the prims of the path, the first child is the mesh.
+    let mesh =
+        face.path.iter().try_fold(&mut expected.prims, |prims, _| Some(&mut prims.first_mut()?.children));
+    let mesh = mesh.and_then(|children| children.first_mut()).ok_or_else(was_there)?;
+    mesh.children.extend(children);
     Ok(expected)
 }
 
@@ -169,10 +183,11 @@ impl From<String> for Fault {
 }
 
 fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), Fault> {
-    let root = default_prim(layer).ok_or_else(|| {
+    let face = face_of(layer).ok_or_else(|| {
         "has no default prim, expected that of an exported animation; export it again".to_owned()
     })?;
-    let meshes = below(root, "Mesh");
+    let root = face.prim;
+    let meshes = meshes(root);
     let [mesh] = meshes[..] else {
         return Err(Fault::Found(format!(
             "has {} meshes below its default prim {}, expected the one of an exported animation",
@@ -191,7 +206,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         frames,
         shapes,
         channels,
-        extent: sampled(mesh, "extent"),
+        extent: sampled(mesh, "extent").or_else(|| sampled(root, "extent")),
         head: sampled(root, "xformOp:transform"),
     };
     let (first_time_code, frames) = check_times(&mut numbers, samples)?;
@@ -208,11 +223,17 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         Some(Value::Double(x)) => *x,
         _ => fallback,
     };
-    let metres_per_unit = number("metersPerUnit", 0.01);
+    let scale = match attribute(root, SCALE).and_then(|scale| scale.default.as_ref()) {
+        Some(Value::Double3([x, ..])) => *x,
+        _ => 1.0,
+    };
+    let metres_per_unit = number("metersPerUnit", 0.01) * scale;
     let up_axis = match field(&layer.metadata, "upAxis") {
         Some(Value::Token(axis)) if axis == "Z" => UpAxis::Z,
         _ => UpAxis::Y,
     };
+    // The faces are in the layer below.
+    let is_over = root.specifier == Specifier::Over && attribute(mesh, "faceVertexCounts").is_none();
     let errors = stated_errors(root, metres_per_unit);
     let has_normals = numbers.shapes.as_ref().is_some_and(Shapes::has_normals);
     let of_normals = errors.as_ref().filter(|_| has_normals).map(|errors| StatedError {
@@ -224,7 +245,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     let summary = Summary {
         name: mesh.name.clone(),
         vertices,
-        faces: faces(mesh, vertices)?,
+        faces: if is_over { Faces::default() } else { faces(mesh, vertices)? },
         frames,
         first_time_code,
         rate: number("timeCodesPerSecond", 24.0),

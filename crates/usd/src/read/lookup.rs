@@ -1,6 +1,6 @@
 //! Lookups in a layer that was read.
 
-use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
+use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
 use rhytid_export::morphs::NormalsOff;
 use rhytid_export::{Deviation, StatedRecipe};
 use serde_json::{Number, Value as Json};
@@ -22,6 +22,52 @@ pub(crate) fn dictionary<'a>(fields: &'a Fields, name: &str) -> Option<&'a Field
 pub(crate) fn default_prim(layer: &Layer) -> Option<&Prim> {
     let Some(Value::Token(name)) = field(&layer.metadata, "defaultPrim") else { return None };
     layer.prims.iter().find(|prim| prim.name == *name)
+}
+
+/// The transform from mesh units to the layer's, if they are not the same.
+pub(crate) const SCALE: &str = "xformOp:scale";
+
+/// The prim of the face in a layer of Rhytid, and where it is.
+pub(crate) struct FaceAt<'a> {
+    /// The names of the prims from the root of the layer to it.
+    pub(crate) path: Vec<&'a str>,
+    pub(crate) prim: &'a Prim,
+    /// The mesh below it, if there is a single one.
+    pub(crate) mesh: Option<&'a Prim>,
+}
+
+/// The prim of the face: the default prim, or the one below it that has the recipe. `None` without a default
+/// prim.
+pub(crate) fn face_of(layer: &Layer) -> Option<FaceAt<'_>> {
+    let root = default_prim(layer)?;
+    let (mut path, mut prim) = (vec![root.name.as_str()], root);
+    while stated_recipe(prim).is_none() {
+        let [only] = &prim.children[..] else {
+            (path, prim) = (vec![root.name.as_str()], root);
+            break;
+        };
+        path.push(&only.name);
+        prim = only;
+    }
+    let mesh = match meshes(prim)[..] {
+        [mesh] => Some(mesh),
+        _ => None,
+    };
+    Some(FaceAt { path, prim, mesh })
+}
+
+/// The meshes below `prim`. A layer that goes over another does not say that they are meshes, but has their
+/// points.
+pub(super) fn meshes(prim: &Prim) -> Vec<&Prim> {
+    let mut found = Vec::new();
+    for child in &prim.children {
+        let is_over = child.specifier == Specifier::Over && child.type_name.is_empty();
+        if child.type_name == "Mesh" || is_over && attribute(child, "points").is_some() {
+            found.push(child);
+        }
+        found.extend(meshes(child));
+    }
+    found
 }
 
 /// The attribute of `prim` called `name`.

@@ -10,6 +10,7 @@ mod animation;
 mod budget;
 mod clips;
 mod crate_file;
+mod images;
 mod lookup;
 mod open;
 mod opened;
@@ -30,7 +31,7 @@ use rhytid_export::AnimationReader;
 use std::path::{Path, PathBuf};
 
 pub(super) use clips::{clips, declarations};
-pub(super) use lookup::default_prim;
+pub(super) use lookup::{SCALE, default_prim, face_of};
 pub use lookup::{attribute, field};
 pub use open::{decode, open};
 pub use opened::{Opened, Samples};
@@ -43,7 +44,7 @@ pub use primvar::read_primvar;
 /// # Errors
 /// As [`open()`], and [`Error::Input`] if there is anything but one animated mesh.
 pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationReader>> {
-    Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned())?))
+    Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned(), None)?))
 }
 
 /// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file
@@ -55,7 +56,7 @@ pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationRead
     let name = path.display().to_string();
     let opened = open(path)?;
     let Some(Clips { assets, manifest }) = clips(&opened.layer) else {
-        return Ok(Box::new(Animation::new(opened, name)?));
+        return Ok(Box::new(Animation::new(opened, name, Some(path))?));
     };
     let named = |asset: &str, what| named_file(path, Path::new(asset), what, reach);
     let paths: Vec<PathBuf> = assets.iter().map(|asset| named(asset, "assetPaths")).collect::<Result<_>>()?;

@@ -3,7 +3,7 @@
 
 use super::source::Source;
 use rhytid_core::{Error, InputErrorKind, Result};
-use std::io::{Cursor, Read};
+use std::io::{Cursor, Read, Seek};
 use zip::result::ZipError;
 use zip::{CompressionMethod, ZipArchive};
 
@@ -13,10 +13,21 @@ use zip::{CompressionMethod, ZipArchive};
 /// # Errors
 /// [`Error::Input`] if the package is damaged.
 pub fn package_member(bytes: &[u8], name: &str, asset: &str) -> Result<Option<Vec<u8>>> {
+    // The members of a package are stored as they are, so that none is larger than the package.
+    member_of(Cursor::new(bytes), name, asset, bytes.len() as u64)
+}
+
+/// As [`package_member`], and at most `limit` bytes of the file.
+pub(super) fn member_of(
+    package: impl Read + Seek,
+    name: &str,
+    asset: &str,
+    limit: u64,
+) -> Result<Option<Vec<u8>>> {
     let damaged = |error: &dyn std::fmt::Display| {
         Error::malformed(format!("{name}: {asset} cannot be read ({error}); export it again"))
     };
-    let mut archive = ZipArchive::new(Cursor::new(bytes)).map_err(|error| damaged(&error))?;
+    let mut archive = ZipArchive::new(package).map_err(|error| damaged(&error))?;
     let first = match archive.by_index_raw(0) {
         Ok(first) => first.name().map_err(|error| damaged(&error))?.into_owned(),
         Err(error) => return Err(damaged(&error)),
@@ -29,8 +40,6 @@ pub fn package_member(bytes: &[u8], name: &str, asset: &str) -> Result<Option<Ve
             Err(error) => return Err(damaged(&error)),
         };
         let mut found = Vec::new();
-        // The members of a package are stored as they are, so that none is larger than the package.
-        let limit = bytes.len() as u64;
         member.by_ref().take(limit).read_to_end(&mut found).map_err(|error| damaged(&error))?;
         return Ok(Some(found));
     }

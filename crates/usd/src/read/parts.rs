@@ -143,7 +143,7 @@ fn open_part(path: &Path) -> Result<Animation> {
             path.display()
         )));
     }
-    let animation = Animation::new(opened, path.display().to_string())?;
+    let animation = Animation::new(opened, path.display().to_string(), Some(path))?;
     if animation.summary().stated_error.is_some() {
         return Err(Error::conflict(format!(
             "{}: holds shapes with curves, and the shapes of each part would be different; export the parts \
@@ -151,6 +151,12 @@ fn open_part(path: &Path) -> Result<Animation> {
             path.display()
         ))
         .with_remedies(&[Remedy::NoShapes]));
+    }
+    if animation.summary().faces.is_empty() {
+        return Err(Error::conflict(format!(
+            "{}: holds samples for a mesh in another file; export the parts with their mesh",
+            path.display()
+        )));
     }
     Ok(animation)
 }

@@ -1,19 +1,23 @@
 //! A take as a given number of shapes with curves, as USD: blend shapes of a mesh, and an animation with
 //! their weights in each frame. The shapes are those of compressed glTF ([`rhytid_export::morphs`]).
+use super::choices::Choices;
 use super::face::of_rows;
-use super::layer_writer::{Encoding, LayerWriter};
+use super::layer_writer::{Attached, Encoding, LayerWriter};
 use super::sample::Sample;
-use super::shapes::{bind, declare};
+use super::shapes::{bind, declare, posed_extent};
 use super::surface::{Surface, extent};
+use super::textures;
+use crate::build::attribute;
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
 use rhytid_core::{AtomicFile, Error, Progress, Result, RigidMotion, channel};
 use rhytid_export::morphs::{Frames, NormalsOff, Target, Values};
-use rhytid_export::{Deviation, Exporter, Frame, Scene, Shape, Written};
+use rhytid_export::{Deviation, Exporter, Frame, Options, Scene, Shape, Written};
 use std::path::{Path, PathBuf};
 
 /// The numbers of the attributes that have samples.
 const WEIGHTS: usize = 0;
 const HEAD: usize = 1;
+const EXTENT: usize = 2;
 
 /// Frames on their way to shapes, which are found once all are known.
 pub struct Baked {
@@ -21,6 +25,7 @@ pub struct Baked {
     encoding: Encoding,
     /// The face at rest, whose positions will be those of the shapes' base.
     surface: Surface,
+    attached: Attached,
     frames: Frames,
     shapes: usize,
     first_time_code: f64,
@@ -33,8 +38,14 @@ impl Baked {
     ///
     /// # Errors
     /// [`Error::Input`] if the scene has channels other than normals, for which there is no place, or the
-    /// folder does not exist; [`Error::Io`].
-    pub fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>, shapes: usize) -> Result<Self> {
+    /// folder does not exist, or for textures where this encoding has no place for them; [`Error::Io`].
+    pub fn create(
+        path: &Path,
+        encoding: Encoding,
+        scene: &Scene<'_>,
+        shapes: usize,
+        options: &Options,
+    ) -> Result<Self> {
         let others = scene.channels.iter().filter(|channel| channel.name != channel::NORMALS.name);
         let others: Vec<&str> = others.map(|channel| &*channel.name).collect();
         if !others.is_empty() {
@@ -45,13 +56,16 @@ impl Baked {
                 others.join(", ")
             )));
         }
-        let mut surface = Surface::new(scene, "SkelRoot")?;
+        let (assets, attached) = textures::place(path, encoding, scene, options)?;
+        let mut surface = Surface::new(scene, "SkelRoot", &Choices::new(options, assets))?;
         surface.play(scene, HEAD);
+        surface.root.push(extent_of_root());
         let spool = AtomicFile::create(path)?.spool()?;
         Ok(Self {
             path: path.to_owned(),
             encoding,
             surface,
+            attached,
             frames: Frames::new(spool, path, scene.rest.len(), scene.rest_normals.is_some(), Vec::new()),
             shapes,
             first_time_code: scene.first_time_code,
@@ -67,13 +81,13 @@ impl Exporter for Baked {
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let Self { path, encoding, mut surface, frames, shapes, first_time_code, metres_per_unit, head } =
-            *self;
+        let Self { path, encoding, mut surface, attached, frames, shapes, .. } = *self;
+        let Self { first_time_code, metres_per_unit, head, .. } = *self;
         let count = frames.frames();
         let morphs = frames.bake(shapes, false, progress)?;
         let base = vectors(&morphs.base)?;
         replace(&mut surface.mesh, "extent", Value::Float3s(extent(&base).to_vec()));
-        replace(&mut surface.mesh, "points", Value::Float3s(base));
+        replace(&mut surface.mesh, "points", Value::Float3s(base.clone()));
         if let Some(normals) = &morphs.base_normals {
             replace(&mut surface.mesh, "normals", Value::Float3s(vectors(normals)?));
         }
@@ -92,11 +106,12 @@ impl Exporter for Baked {
         };
         state(&mut surface.root, &error, morphs.normals_off, metres_per_unit);
         let skeleton = bind(&mut surface, &shapes, Some(WEIGHTS))?;
-        let mut writer = LayerWriter::create(&path, encoding, &surface.into_layer(vec![skeleton]))?;
+        let mut writer = LayerWriter::with(&path, encoding, &surface.into_layer(vec![skeleton]), attached)?;
         for frame in 0..count {
             let time = first_time_code + frame as f64;
             let weights = &morphs.weights[frame * shapes.len()..][..shapes.len()];
             writer.sample(WEIGHTS, time, Sample::Floats(weights))?;
+            writer.sample(EXTENT, time, Sample::Float3s(&posed_extent(&base, &shapes, weights)))?;
             if let Some(motion) = head.get(frame) {
                 writer.sample(HEAD, time, Sample::Matrix4d(&of_rows(motion)))?;
             }
@@ -107,9 +122,15 @@ impl Exporter for Baked {
 
 /// The layer of an export, without the samples and the shapes themselves. `names` are those of the shapes,
 /// and `mesh` is the mesh of a file, whose base is taken as it is.
-pub(crate) fn baked_layer(scene: &Scene<'_>, names: Vec<String>, mesh: &Prim) -> Result<Layer> {
-    let mut surface = Surface::new(scene, "SkelRoot")?;
+pub(crate) fn baked_layer(
+    scene: &Scene<'_>,
+    choices: &Choices,
+    names: Vec<String>,
+    mesh: &Prim,
+) -> Result<Layer> {
+    let mut surface = Surface::new(scene, "SkelRoot", choices)?;
     surface.play(scene, HEAD);
+    surface.root.push(extent_of_root());
     for property in &mesh.properties {
         let Property::Attribute(Attribute { name, default: Some(Value::Float3s(base)), .. }) = property
         else {
@@ -124,6 +145,11 @@ pub(crate) fn baked_layer(scene: &Scene<'_>, names: Vec<String>, mesh: &Prim) ->
     }
     let skeleton = declare(&mut surface, names, Some(WEIGHTS));
     Ok(surface.into_layer(vec![skeleton]))
+}
+
+/// The box around the mesh in each frame, which USD wants of the root of a skeleton.
+fn extent_of_root() -> Attribute {
+    Attribute { samples: Some(EXTENT), ..attribute("float3[]", "extent", None) }
 }
 
 fn vectors(values: &Values) -> Result<Vec<[f32; 3]>> {

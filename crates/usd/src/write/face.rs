@@ -1,13 +1,15 @@
 //! A face's animation as USD; `docs/export.md` shows the layer.
+use super::choices::Choices;
 use super::layer_writer::{Encoding, LayerWriter};
 use super::sample::Sample;
 use super::surface::{Surface, extent};
+use super::textures;
 use crate::build::{attribute, token};
 use crate::channels;
 use crate::layer::{Attribute, Layer, Prim, Property};
 use rhytid_core::channel::{self, Channel};
 use rhytid_core::{Error, Progress, Result, RigidMotion};
-use rhytid_export::{Exporter, Frame, Scene, Written};
+use rhytid_export::{Exporter, Frame, Options, Scene, Written};
 use std::path::Path;
 
 /// The numbers of the attributes that have samples, beside those of the channels, which come after them.
@@ -31,11 +33,13 @@ impl Face {
     ///
     /// # Errors
     /// As [`LayerWriter::create`]; [`Error::Input`] for a channel of so many numbers that USD has no type for
-    /// it.
-    pub fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>) -> Result<Self> {
+    /// it, or for textures where this encoding has no place for them.
+    pub fn create(path: &Path, encoding: Encoding, scene: &Scene<'_>, options: &Options) -> Result<Self> {
         let channels: Vec<Channel> =
             std::iter::once(&channel::POSITIONS).chain(scene.channels).cloned().collect();
-        let writer = LayerWriter::create(path, encoding, &layer(scene, &channels)?)?;
+        let (assets, attached) = textures::place(path, encoding, scene, options)?;
+        let layer = layer(scene, &channels, &Choices::new(options, assets))?;
+        let writer = LayerWriter::with(path, encoding, &layer, attached)?;
         let head = scene.head.unwrap_or_default().to_vec();
         Ok(Self { writer, first_time_code: scene.first_time_code, channels, head, done: 0 })
     }
@@ -79,15 +83,15 @@ pub(super) fn of_rows(motion: &RigidMotion) -> [[f64; 4]; 4] {
 ///
 /// # Errors
 /// As [`Face::create`].
-pub(crate) fn animation_layer(scene: &Scene<'_>) -> Result<Layer> {
+pub(crate) fn animation_layer(scene: &Scene<'_>, choices: &Choices) -> Result<Layer> {
     let channels: Vec<Channel> =
         std::iter::once(&channel::POSITIONS).chain(scene.channels).cloned().collect();
-    layer(scene, &channels)
+    layer(scene, &channels, choices)
 }
 
 /// All of the scene but the samples.
-fn layer(scene: &Scene<'_>, channels: &[Channel]) -> Result<Layer> {
-    let mut surface = Surface::new(scene, "Xform")?;
+fn layer(scene: &Scene<'_>, channels: &[Channel], choices: &Choices) -> Result<Layer> {
+    let mut surface = Surface::new(scene, "Xform", choices)?;
     surface.play(scene, HEAD);
     animate(&mut surface.mesh, "extent", EXTENT);
     for (number, channel) in (CHANNELS..).zip(channels) {

@@ -6,7 +6,9 @@ use super::sample::Sample;
 use super::text::TextWriter;
 use crate::layer::Layer;
 use rhytid_core::{AtomicFile, Error, Result};
+use rhytid_export::companion::{Companion, finish_all};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The files that a layer can be written to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -38,6 +40,26 @@ impl Encoding {
 pub struct LayerWriter {
     path: PathBuf,
     to: To,
+    beside: Vec<Companion>,
+    bytes_beside: u64,
+}
+
+/// Other files that a layer refers to, and that are written with it.
+#[derive(Default)]
+pub(super) struct Attached {
+    /// Inside a package, behind the layer.
+    pub(super) members: Vec<Member>,
+    /// Beside the layer.
+    pub(super) beside: Vec<Companion>,
+    /// The bytes of all that are beside it.
+    pub(super) bytes_beside: u64,
+}
+
+/// A file in a package.
+pub(super) struct Member {
+    /// Its path in the package.
+    pub(super) name: String,
+    pub(super) bytes: Arc<[u8]>,
 }
 
 enum To {
@@ -52,15 +74,21 @@ impl LayerWriter {
     /// # Errors
     /// [`Error::Input`] if the folder does not exist; [`Error::Io`].
     pub fn create(path: &Path, encoding: Encoding, layer: &Layer) -> Result<Self> {
+        Self::with(path, encoding, layer, Attached::default())
+    }
+
+    /// As [`LayerWriter::create`], with other files.
+    pub(super) fn with(path: &Path, encoding: Encoding, layer: &Layer, attached: Attached) -> Result<Self> {
+        let Attached { members, beside, bytes_beside } = attached;
         let file = AtomicFile::create(path)?;
         let to = match encoding {
             Encoding::Text => To::Text(Box::new(TextWriter::create(file, layer)?)),
             Encoding::Crate => {
                 To::Crate(Box::new(CrateWriter::create(file, layer).map_err(Error::io(path))?))
             }
-            Encoding::Package => To::Package(Box::new(PackageWriter::create(file, layer)?)),
+            Encoding::Package => To::Package(Box::new(PackageWriter::create(file, layer, members)?)),
         };
-        Ok(Self { path: path.to_owned(), to })
+        Ok(Self { path: path.to_owned(), to, beside, bytes_beside })
     }
 
     /// Adds a sample to the attribute that has the number [`crate::layer::Attribute::samples`]. Its times
@@ -76,19 +104,21 @@ impl LayerWriter {
         }
     }
 
-    /// Writes what remains, gives the file its name, and returns its size in bytes.
+    /// Writes what remains, gives the file its name, and returns the bytes of all files together.
     ///
     /// # Errors
     /// As [`LayerWriter::sample`].
     pub fn finish(self) -> Result<u64> {
-        match self.to {
+        let Self { path, to, beside, bytes_beside } = self;
+        let size = finish_all(beside, || match to {
             To::Text(writer) => writer.finish(),
             To::Crate(writer) => {
-                let (file, size) = writer.finish().map_err(Error::io(&self.path))?;
+                let (file, size) = writer.finish().map_err(Error::io(&path))?;
                 file.finish()?;
                 Ok(size)
             }
             To::Package(writer) => writer.finish(),
-        }
+        })?;
+        Ok(size + bytes_beside)
     }
 }

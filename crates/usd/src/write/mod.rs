@@ -4,6 +4,7 @@
 //! Writers share nothing with the readers but the layer, so that neither side hides the faults of the other.
 
 mod baked;
+mod choices;
 mod crate_file;
 mod face;
 mod layer_writer;
@@ -16,9 +17,11 @@ mod shapes;
 mod surface;
 mod text;
 mod text_value;
+mod textures;
 
 pub use baked::Baked;
 pub(crate) use baked::baked_layer;
+pub(crate) use choices::Choices;
 pub(super) use crate_file::CrateWriter;
 pub use face::Face;
 pub(crate) use face::animation_layer;
@@ -26,3 +29,4 @@ pub use layer_writer::{Encoding, LayerWriter};
 pub use sample::Sample;
 pub use shapes::write_shapes;
 pub(super) use surface::custom_data;
+pub(crate) use textures::{Assets, accept};

@@ -1,27 +1,67 @@
 //! Shapes with sliders as USD: a mesh with blend shapes, and an animation with their weights, all 0. The
 //! animation is on a skeleton of one joint that does not move the mesh.
+use super::choices::Choices;
 use super::layer_writer::{Encoding, LayerWriter};
-use super::names::identifiers;
+use super::names::{display_name, identifiers};
 use super::numbers::integer;
-use super::surface::Surface;
+use super::surface::{Surface, extent};
+use super::textures;
 use crate::build::{attribute, prim, token};
 use crate::layer::{Attribute, Layer, Prim, Value};
 use rhytid_core::Result;
-use rhytid_export::{Shape, Shapes};
+use rhytid_export::{Options, Shape, Shapes};
 use std::path::Path;
 
 /// Writes shapes to a file, and returns its size in bytes.
 ///
 /// # Errors
-/// As [`LayerWriter::create`].
-pub fn write_shapes(path: &Path, encoding: Encoding, shapes: &Shapes<'_>) -> Result<u64> {
-    LayerWriter::create(path, encoding, &layer(shapes)?)?.finish()
+/// As [`LayerWriter::create`]; [`rhytid_core::Error::Input`] for textures where this encoding has no place
+/// for them.
+pub fn write_shapes(path: &Path, encoding: Encoding, shapes: &Shapes<'_>, options: &Options) -> Result<u64> {
+    let (assets, attached) = textures::place(path, encoding, &shapes.rest_scene(), options)?;
+    LayerWriter::with(path, encoding, &layer(shapes, &Choices::new(options, assets))?, attached)?.finish()
 }
 
-fn layer(shapes: &Shapes<'_>) -> Result<Layer> {
-    let mut surface = Surface::new(&shapes.rest_scene(), "SkelRoot")?;
+fn layer(shapes: &Shapes<'_>, choices: &Choices) -> Result<Layer> {
+    let mut surface = Surface::new(&shapes.rest_scene(), "SkelRoot", choices)?;
+    let extent = extent_of_sliders(shapes.rest, shapes.shapes).to_vec();
+    surface.root.set("float3[]", "extent", Value::Float3s(extent));
     let skeleton = bind(&mut surface, shapes.shapes, None)?;
     Ok(surface.into_layer(vec![skeleton]))
+}
+
+/// The box around the mesh at rest and with each slider alone at 1.
+fn extent_of_sliders(rest: &[[f32; 3]], shapes: &[Shape]) -> [[f32; 3]; 2] {
+    let alone = |k: usize| posed_extent(rest, &shapes[k..=k], &[1.0]);
+    let boxes = (0..shapes.len()).map(alone).chain([extent(rest)]);
+    boxes.reduce(|[a, b], [c, d]| [zip(a, c, f32::min), zip(b, d, f32::max)]).unwrap_or_default()
+}
+
+fn zip(a: [f32; 3], b: [f32; 3], of: fn(f32, f32) -> f32) -> [f32; 3] {
+    std::array::from_fn(|axis| of(a[axis], b[axis]))
+}
+
+/// Programs add the shapes in 32 bits. Their points are farther off than the sums in 64 bits by up to this
+/// part of the farthest coordinate.
+const ROUNDING: f64 = 1e-6;
+
+/// The box around the base with shapes of these weights, however a program rounds.
+pub(super) fn posed_extent(base: &[[f32; 3]], shapes: &[Shape], weights: &[f32]) -> [[f32; 3]; 2] {
+    let weighted: Vec<(&Shape, f64)> =
+        shapes.iter().zip(weights).map(|(shape, weight)| (shape, f64::from(*weight))).collect();
+    let [mut low, mut high] = [[f64::INFINITY; 3], [f64::NEG_INFINITY; 3]];
+    for (v, base) in base.iter().enumerate() {
+        for axis in 0..3 {
+            let moved: f64 =
+                weighted.iter().map(|(shape, weight)| weight * f64::from(shape.offsets[v][axis])).sum();
+            let x = f64::from(base[axis]) + moved;
+            low[axis] = low[axis].min(x);
+            high[axis] = high[axis].max(x);
+        }
+    }
+    let farthest = low.iter().chain(&high).fold(0.0, |most: f64, x| most.max(x.abs()));
+    let [low, high] = [low.map(|x| x - ROUNDING * farthest), high.map(|x| x + ROUNDING * farthest)];
+    [low.map(|x| x as f32), high.map(|x| x as f32)]
 }
 
 /// Gives the mesh its shapes, and returns the skeleton that has their weights: all 0, or samples under the
@@ -37,7 +77,7 @@ pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usiz
 
 /// Says that the mesh has shapes of these names, and returns the skeleton that has their weights.
 pub(super) fn declare(surface: &mut Surface, names: Vec<String>, samples: Option<usize>) -> Prim {
-    let root = format!("/{}", surface.root.name);
+    let root = surface.path();
     let skeleton = format!("{root}/skeleton");
     let mesh = &mut surface.mesh;
     let mesh_path = format!("{root}/{}", mesh.name);
@@ -63,6 +103,7 @@ fn blend_shape(name: &str, shape: &Shape) -> Result<Prim> {
     let mut blend_shape = prim("BlendShape", name);
     let data = vec![("name".into(), Value::String(shape.name.clone()))];
     blend_shape.metadata.push(("customData".into(), Value::Dictionary(data)));
+    blend_shape.metadata.extend(display_name(name, &shape.name));
     blend_shape.set_uniform("vector3f[]", "offsets", pick(&shape.offsets));
     if let Some(normals) = normals {
         blend_shape.set_uniform("vector3f[]", "normalOffsets", pick(normals));

@@ -1,22 +1,33 @@
 //! The common part of an animation and shapes: the layer's metadata, the default prim, and the mesh at rest.
+use super::choices::{Choices, scheme};
 use super::materials;
-use super::names::identifier;
+use super::names::{display_name, identifier};
 use super::numbers::integer;
 use crate::build::{attribute, prim, token};
-use crate::layer::{Attribute, Fields, Layer, Prim, Value};
+use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
+use crate::read::SCALE;
 use rhytid_core::{Faces, Result, UpAxis, Uvs};
-use rhytid_export::{Scene, StatedRecipe};
+use rhytid_export::{Scene, StatedRecipe, Subdivision};
 use serde_json::Value as Json;
+
+/// The head's motion.
+const TRANSFORM: &str = "xformOp:transform";
+/// The order of transforms.
+const ORDER: &str = "xformOpOrder";
 
 /// A layer in the making.
 pub(super) struct Surface {
-    pub(super) metadata: Fields,
-    /// The default prim, without children.
+    metadata: Fields,
+    /// The names of the prims above the face's.
+    above: Vec<String>,
+    /// Whether the layer goes over another that has the mesh.
+    over: bool,
+    /// The face's prim, without children.
     pub(super) root: Prim,
     /// The mesh, to be its first child.
     pub(super) mesh: Prim,
     /// The materials, to be its last child.
-    pub(super) looks: Option<Prim>,
+    looks: Prim,
 }
 
 impl Surface {
@@ -24,15 +35,29 @@ impl Surface {
     ///
     /// # Errors
     /// [`rhytid_core::Error::Input`] if it has more vertices than USD counts.
-    pub(super) fn new(scene: &Scene<'_>, root: &str) -> Result<Self> {
-        let name = identifier(scene.name);
+    pub(super) fn new(scene: &Scene<'_>, root: &str, choices: &Choices) -> Result<Self> {
+        let (above, name) = choices.path(scene);
         let mut root = prim(root, &name);
         root.metadata.push(("kind".into(), token("component")));
         root.metadata.push(("customData".into(), custom_data(scene.recipe)));
-        let mut mesh = mesh(scene, &format!("{name}_mesh"))?;
-        let scope = format!("/{name}/Looks");
-        let looks = scene.materials.map(|named| materials::bind(&mut mesh, named, &scope)).transpose()?;
-        Ok(Self { metadata: metadata(scene, &name), root, mesh, looks })
+        if choices.prim_path.is_none() {
+            root.metadata.extend(display_name(&name, scene.name));
+        }
+        let mut mesh = mesh(scene, &choices.mesh(&name), choices.subdivision)?;
+        let scope = format!("{}/Looks", path_of(&above, &name));
+        let looks = materials::bind(&mut mesh, scene, &scope, &choices.assets)?;
+        let unit = if choices.metres { 1.0 } else { scene.metres_per_unit };
+        if choices.metres {
+            root.set("double3", SCALE, Value::Double3([scene.metres_per_unit; 3]));
+            root.set_uniform("token[]", ORDER, Value::Tokens(vec![SCALE.into()]));
+        }
+        let metadata = metadata(scene, unit, above.first().unwrap_or(&name));
+        Ok(Self { metadata, above, over: choices.over, root, mesh, looks })
+    }
+
+    /// The path of the face's prim.
+    pub(super) fn path(&self) -> String {
+        path_of(&self.above, &self.root.name)
     }
 
     /// Says when the frames are; a head that moves has its samples under the number `head`.
@@ -47,29 +72,70 @@ impl Surface {
             self.metadata.push((name.into(), Value::Double(value)));
         }
         if scene.head.is_some() {
-            self.root
-                .push(Attribute { samples: Some(head), ..attribute("matrix4d", "xformOp:transform", None) });
-            let order = Value::Tokens(vec!["xformOp:transform".into()]);
-            self.root.set_uniform("token[]", "xformOpOrder", order);
+            self.root.push(Attribute { samples: Some(head), ..attribute("matrix4d", TRANSFORM, None) });
+            let scaled = self.root.properties.iter().any(|property| property.name() == SCALE);
+            self.root.properties.retain(|property| property.name() != ORDER);
+            // The last of them moves the points first.
+            let order = [SCALE, TRANSFORM].into_iter().filter(|name| scaled || *name == TRANSFORM);
+            self.root.set_uniform("token[]", ORDER, Value::Tokens(order.map(String::from).collect()));
         }
     }
 
     /// The layer, with these prims between the mesh and the materials.
     pub(super) fn into_layer(self, between: Vec<Prim>) -> Layer {
         let mut root = self.root;
-        root.children = std::iter::once(self.mesh).chain(between).chain(self.looks).collect();
-        Layer { metadata: self.metadata, prims: vec![root] }
+        root.children = std::iter::once(self.mesh).chain(between).chain([self.looks]).collect();
+        if self.over {
+            let empty = over(prim("", &root.name));
+            root = sampled(root).unwrap_or(empty);
+        }
+        let within = |child: Prim, name: &String| {
+            let mut parent = prim("Xform", name);
+            parent.metadata.push(("kind".into(), token("group")));
+            if self.over {
+                parent = over(parent);
+            }
+            parent.children.push(child);
+            parent
+        };
+        Layer { metadata: self.metadata, prims: vec![self.above.iter().rev().fold(root, within)] }
     }
 }
 
-fn metadata(scene: &Scene<'_>, name: &str) -> Fields {
+fn path_of(above: &[String], name: &str) -> String {
+    above.iter().map(|name| format!("/{name}")).collect::<String>() + "/" + name
+}
+
+/// The same prim as an opinion on one that is defined elsewhere.
+fn over(prim: Prim) -> Prim {
+    let is_note = |(name, _): &(String, Value)| name == "customData";
+    let metadata = prim.metadata.into_iter().filter(is_note).collect();
+    Prim { specifier: Specifier::Over, type_name: String::new(), metadata, ..prim }
+}
+
+/// What has samples in a prim and below it, over what is defined elsewhere; `None` if nothing has. The order
+/// of transforms and their scale belong to the samples of a transform.
+fn sampled(prim: Prim) -> Option<Prim> {
+    let mut prim = over(prim);
+    prim.children = prim.children.into_iter().filter_map(sampled).collect();
+    prim.properties.retain_mut(|property| match property {
+        Property::Attribute(attribute) if attribute.samples.is_some() => {
+            attribute.default = None;
+            true
+        }
+        property => [ORDER, SCALE].contains(&property.name()),
+    });
+    (!prim.properties.is_empty() || !prim.children.is_empty()).then_some(prim)
+}
+
+fn metadata(scene: &Scene<'_>, metres_per_unit: f64, name: &str) -> Fields {
     let up_axis = match scene.up_axis {
         UpAxis::Y => "Y",
         UpAxis::Z => "Z",
     };
     vec![
         ("defaultPrim".into(), token(name)),
-        ("metersPerUnit".into(), Value::Double(scene.metres_per_unit)),
+        ("metersPerUnit".into(), Value::Double(metres_per_unit)),
         ("upAxis".into(), token(up_axis)),
     ]
 }
@@ -97,10 +163,13 @@ fn dictionary<'a>(fields: impl Iterator<Item = (&'a String, &'a Json)>) -> Value
     Value::Dictionary(fields.filter_map(entry).collect())
 }
 
-fn mesh(scene: &Scene<'_>, name: &str) -> Result<Prim> {
+fn mesh(scene: &Scene<'_>, name: &str, subdivision: Subdivision) -> Result<Prim> {
     let mut mesh = prim("Mesh", name);
+    if identifier(scene.name) != scene.name {
+        mesh.metadata.extend(display_name(name, scene.name));
+    }
     mesh.set_uniform("bool", "doubleSided", Value::Bool(true));
-    mesh.set_uniform("token", "subdivisionScheme", token("none"));
+    mesh.set_uniform("token", "subdivisionScheme", token(scheme(subdivision)));
     let Faces { counts, indices } = scene.faces;
     mesh.set("int[]", "faceVertexCounts", integers(counts)?);
     mesh.set("int[]", "faceVertexIndices", integers(indices)?);

@@ -13,29 +13,30 @@ pub(super) fn write_value(out: &mut dyn Write, value: &Value, indent: &str) -> i
         Value::String(text) | Value::Token(text) => write!(out, "{}", quoted(text)),
         Value::Asset(text) => write!(out, "{}", asset(text)),
         Value::Float3(vector) => write!(out, "({})", vector.map(float).join(", ")),
+        Value::Float4(vector) => write!(out, "({})", vector.map(float).join(", ")),
         Value::Double3(vector) => write!(out, "({})", vector.map(double).join(", ")),
         Value::Quatd(quaternion) => write!(out, "({})", quaternion.map(double).join(", ")),
         Value::Matrix4d(rows) => write_matrix(out, rows),
         Value::Tokens(tokens) | Value::PrependedTokens(tokens) => {
-            write_list(out, tokens, 8, |out, token| write!(out, "{}", quoted(token)))
+            write_list(out, tokens, |out, token| write!(out, "{}", quoted(token)))
         }
-        Value::Assets(assets) => write_list(out, assets, 8, |out, path| write!(out, "{}", asset(path))),
-        Value::Ints(numbers) => write_list(out, numbers, 24, |out, x| write!(out, "{x}")),
+        Value::Assets(assets) => write_list(out, assets, |out, path| write!(out, "{}", asset(path))),
+        Value::Ints(numbers) => write_list(out, numbers, |out, x| write!(out, "{x}")),
         Value::Floats(numbers) => write_floats(out, numbers),
         Value::Float2s(vectors) => write_float2s(out, vectors),
         Value::Float3s(vectors) => write_float3s(out, vectors),
         Value::Float4s(vectors) => {
-            write_list(out, vectors, 8, |out, vector| write!(out, "({})", vector.map(float).join(", ")))
+            write_list(out, vectors, |out, vector| write!(out, "({})", vector.map(float).join(", ")))
         }
         Value::Double2s(vectors) => {
-            write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", double(*x), double(*y)))
+            write_list(out, vectors, |out, [x, y]| write!(out, "({}, {})", double(*x), double(*y)))
         }
         Value::Double3s(vectors) => {
-            write_list(out, vectors, 8, |out, vector| write!(out, "({})", vector.map(double).join(", ")))
+            write_list(out, vectors, |out, vector| write!(out, "({})", vector.map(double).join(", ")))
         }
-        Value::Matrix4ds(matrices) => write_list(out, matrices, 1, |out, rows| write_matrix(out, rows)),
+        Value::Matrix4ds(matrices) => write_list(out, matrices, |out, rows| write_matrix(out, rows)),
         Value::Dictionary(entries) => write_dictionary(out, entries, indent),
-        Value::PrependedReferences(references) => write_list(out, references, 1, write_reference),
+        Value::PrependedReferences(references) => write_list(out, references, write_reference),
     }
 }
 
@@ -47,24 +48,23 @@ pub(super) fn write_matrix(out: &mut dyn Write, rows: &[[f64; 4]; 4]) -> io::Res
 
 /// `[x, …]`.
 pub(super) fn write_floats(out: &mut dyn Write, numbers: &[f32]) -> io::Result<()> {
-    write_list(out, numbers, 24, |out, &x| write!(out, "{}", float(x)))
+    write_list(out, numbers, |out, &x| write!(out, "{}", float(x)))
 }
 
 /// `[(x, y), …]`.
 pub(super) fn write_float2s(out: &mut dyn Write, vectors: &[[f32; 2]]) -> io::Result<()> {
-    write_list(out, vectors, 8, |out, [x, y]| write!(out, "({}, {})", float(*x), float(*y)))
+    write_list(out, vectors, |out, [x, y]| write!(out, "({}, {})", float(*x), float(*y)))
 }
 
-/// `[(x, y, z), …]`, a few vectors a line. This is where the time goes.
+/// `[(x, y, z), …]`. This is where the time goes.
 pub(super) fn write_float3s(out: &mut dyn Write, vectors: &[[f32; 3]]) -> io::Result<()> {
     let mut digits = ryu::Buffer::new();
     let mut text = Vec::with_capacity(512);
     out.write_all(b"[")?;
-    for (i, line) in vectors.chunks(8).enumerate() {
+    for (i, few) in vectors.chunks(8).enumerate() {
         text.clear();
-        text.extend_from_slice(if i == 0 { b"" } else { b",\n" });
-        for (j, vector) in line.iter().enumerate() {
-            text.extend_from_slice(if j == 0 { b"(" } else { b", (" });
+        for (j, vector) in few.iter().enumerate() {
+            text.extend_from_slice(if i + j == 0 { b"(" } else { b", (" });
             for (k, &x) in vector.iter().enumerate() {
                 text.extend_from_slice(if k == 0 { b"" } else { b", " });
                 if x.is_finite() {
@@ -84,25 +84,19 @@ pub(super) fn write_float3s(out: &mut dyn Write, vectors: &[[f32; 3]]) -> io::Re
 pub(super) fn write_path_list(out: &mut dyn Write, paths: &[String]) -> io::Result<()> {
     match paths {
         [path] => write!(out, "<{path}>"),
-        _ => write_list(out, paths, 1, |out, path| write!(out, "<{path}>")),
+        _ => write_list(out, paths, |out, path| write!(out, "<{path}>")),
     }
 }
 
-/// `[a, b, …]`, `per_line` items a line.
+/// `[a, b, …]`, on one line: USD's own library writes it so, and three.js reads no other.
 fn write_list<T>(
     out: &mut dyn Write,
     items: &[T],
-    per_line: usize,
     write_item: impl Fn(&mut dyn Write, &T) -> io::Result<()>,
 ) -> io::Result<()> {
     out.write_all(b"[")?;
     for (i, item) in items.iter().enumerate() {
-        let separator = match i {
-            0 => "",
-            _ if i % per_line == 0 => ",\n",
-            _ => ", ",
-        };
-        out.write_all(separator.as_bytes())?;
+        out.write_all(if i == 0 { b"" } else { b", " })?;
         write_item(out, item)?;
     }
     out.write_all(b"]")

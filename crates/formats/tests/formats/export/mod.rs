@@ -5,4 +5,6 @@ mod common;
 mod usd;
 mod usd_baked;
 mod usd_layers;
+mod usd_looks;
+mod usd_place;
 mod usd_shapes;

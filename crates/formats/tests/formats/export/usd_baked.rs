@@ -54,7 +54,7 @@ fn read(path: &Path, made: &Animation, worst: f64) {
     assert_eq!((summary.vertices, summary.frames), (made.rest.len(), made.frames.len()));
     assert_eq!(
         (summary.has(&channel::NORMALS), summary.head, summary.extents),
-        (made.with_normals, true, false)
+        (made.with_normals, true, true)
     );
     assert!(summary.fitted);
     assert_eq!((summary.first_time_code, summary.rate), (made.first_time_code, made.rate));
@@ -66,6 +66,18 @@ fn read(path: &Path, made: &Animation, worst: f64) {
         for (found, given) in out.as_chunks::<3>().0.iter().zip(made.frames[frame][0].as_chunks::<3>().0) {
             let off: f64 = found.iter().zip(given).map(|(a, b)| f64::from(a - b).powi(2)).sum();
             assert!(off.sqrt() <= worst, "{}, stated {worst}", off.sqrt());
+        }
+        // The box is around the points, and not much larger.
+        let [low, high] = reader.extent(frame).unwrap().unwrap();
+        let bounds = |end: fn(f32, f32) -> f32, begin: f32| {
+            let points = out.as_chunks::<3>().0.iter();
+            points.fold([begin; 3], |all, x| std::array::from_fn(|c| end(all[c], x[c])))
+        };
+        for (inside, outside) in bounds(f32::min, f32::MAX).into_iter().zip(low) {
+            assert!((0.0..2e-5).contains(&(inside - outside)), "{inside} {outside}");
+        }
+        for (inside, outside) in bounds(f32::max, f32::MIN).into_iter().zip(high) {
+            assert!((0.0..2e-5).contains(&(outside - inside)), "{inside} {outside}");
         }
         reader.channel(&channel::NORMALS, frame, &mut out).unwrap();
         assert_eq!(out.len(), if made.with_normals { 3 * made.rest.len() } else { 0 });

@@ -5,7 +5,7 @@ import json
 import sys
 from pathlib import Path
 
-from pxr import Usd, UsdGeom, UsdSkel
+from pxr import Gf, Usd, UsdGeom, UsdSkel
 from usd_validate import check_that_validators_complain, validate
 
 check_that_validators_complain()
@@ -33,12 +33,19 @@ for extension in ["usd", "usdc", "usda", "usdz"]:
     codes = animation.GetBlendShapeWeightTimeSamples()
     assert codes == [stage.GetStartTimeCode() + frame for frame in range(len(expected["frames"]))], codes
     assert codes[-1] == stage.GetEndTimeCode() and stage.GetTimeCodesPerSecond() == expected["rate"]
+    boxes = [UsdGeom.BBoxCache(code, ["default"]) for code in codes]
     worst = 0
     for frame, code in enumerate(codes):
         weights = animation.ComputeBlendShapeWeights(code)
         assert all(0 <= weight <= 1 for weight in weights), list(weights)
         points = mesh.GetPointsAttr().Get()
         assert query.ComputeDeformedPoints(*query.ComputeSubShapeWeights(weights), indices, offsets, points)
+        box = boxes[frame].ComputeUntransformedBound(root.GetPrim()).GetRange()
+        assert all(box.Contains(Gf.Vec3d(point)) for point in points), f"points are outside of {box}"
+        slack = Gf.Range3d(box.GetMin() + Gf.Vec3d(1e-4), box.GetMax() - Gf.Vec3d(1e-4))
+        for axis in range(3):
+            ends = [pick(point[axis] for point in points) for pick in (min, max)]
+            assert ends[0] < slack.GetMin()[axis] and slack.GetMax()[axis] < ends[1], f"{box} is too large"
         for v, point in enumerate(points):
             place = expected["frames"][frame][3 * v : 3 * v + 3]
             worst = max(worst, sum((a - b) ** 2 for a, b in zip(point, place)) ** 0.5)

@@ -75,7 +75,7 @@ impl Random {
     }
 
     fn value(&mut self, depth: u32) -> Value {
-        match self.below(if depth == 0 { 17 } else { 18 }) {
+        match self.below(if depth == 0 { 18 } else { 19 }) {
             0 => Value::Bool(self.below(2) == 0),
             1 => Value::Int(self.bits() as i32),
             2 => Value::Float(self.finite()),
@@ -92,7 +92,8 @@ impl Random {
             13 => Value::Float3s(self.list(|random| std::array::from_fn(|_| random.finite()))),
             14 => Value::Double2s(self.list(|random| [random.double(), random.double()])),
             15 => Value::Matrix4ds(self.list(Self::matrix)),
-            16 => Value::Float4s(self.list(|random| std::array::from_fn(|_| random.finite()))),
+            16 => Value::Float4(std::array::from_fn(|_| self.finite())),
+            17 => Value::Float4s(self.list(|random| std::array::from_fn(|_| random.finite()))),
             _ => Value::Dictionary(self.dictionary(depth - 1)),
         }
     }

@@ -57,10 +57,13 @@ def check(path, expected):
         found = shape.GetNormalOffsetsAttr().Get()
         dense = found and spread(found, shape.GetPointIndicesAttr().Get(), len(expected["rest"]))
         equal("normal offsets", dense, normals)
-    for weights in [[1, 0, 0], [0, 1, 0], [0, 0, 1], [0.25, 0.5, 1]]:
+    box = UsdGeom.BBoxCache(Usd.TimeCode.Default(), ["default"]).ComputeUntransformedBound(root.GetPrim()).GetRange()
+    for weights in [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0.25, 0.5, 1]]:
         sub = query.ComputeSubShapeWeights(Vt.FloatArray(skinning_order(skinning, animation, weights)))
         points = Vt.Vec3fArray([Gf.Vec3f(*p) for p in expected["rest"]])
         assert query.ComputeDeformedPoints(*sub, indices, offsets, points)
+        alone = sum(weights) <= 1
+        assert not alone or all(box.Contains(Gf.Vec3d(p)) for p in points), f"points at {weights} are outside of {box}"
         off = far(points, mixed(expected["rest"], shapes, weights))
         assert off < 1e-5, f"points are off by {off} at {weights}"
 

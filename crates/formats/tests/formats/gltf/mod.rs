@@ -10,7 +10,7 @@ mod motion;
 mod reader;
 mod shapes;
 mod surface;
-mod textures;
+pub(crate) mod textures;
 mod tools;
 mod validator;
 mod viewer;

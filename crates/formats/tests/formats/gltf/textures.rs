@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
 /// A PNG of one colour.
-fn picture(color: [u8; 4]) -> Vec<u8> {
+pub(crate) fn picture(color: [u8; 4]) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, 2, 2);
     encoder.set_color(png::ColorType::Rgba);
@@ -24,7 +24,7 @@ fn texture(name: &str, path: Option<&str>, bytes: &[u8]) -> Texture {
 }
 
 /// An animation with three materials. Two of them have textures with the same bytes, and one states nothing.
-fn textured(uvs: UvKind) -> Animation {
+pub(crate) fn textured(uvs: UvKind) -> Animation {
     let mut animation = animation(uvs, 3, 80);
     let mut materials = three_materials(animation.faces.len());
     let skin = picture([200, 150, 120, 255]);
@@ -48,7 +48,7 @@ fn textured(uvs: UvKind) -> Animation {
     animation
 }
 
-fn options(textures: Option<TextureFiles>) -> Options {
+pub(crate) fn options(textures: Option<TextureFiles>) -> Options {
     Options { textures, ..Options::default() }
 }
 
@@ -76,7 +76,7 @@ fn bytes_of(path: &Path, image: &Value) -> Vec<u8> {
 }
 
 /// Fails unless Rhytid's own comparison finds nothing.
-fn assert_same(path: &Path, animation: &Animation) {
+pub(crate) fn assert_same(path: &Path, animation: &Animation) {
     let differences = animation::open(path).unwrap().compare(&animation.scene()).unwrap();
     assert_eq!(differences, [""; 0], "{}", path.display());
 }

@@ -68,6 +68,7 @@ fn value(found: &Value) -> Json {
         Value::Float3s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Float4s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),
         Value::Float3(x) => hex(bytemuck::bytes_of(x)),
+        Value::Float4(x) => hex(bytemuck::bytes_of(x)),
         Value::Double3(x) => hex(bytemuck::bytes_of(x)),
         Value::Quatd(x) => hex(bytemuck::bytes_of(x)),
         Value::Double3s(x) => json!({ "array": hex(bytemuck::cast_slice(x)) }),

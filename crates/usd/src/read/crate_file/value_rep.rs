@@ -55,6 +55,7 @@ pub(super) mod kind {
     pub(crate) const FLOAT3: u8 = 24;
     pub(crate) const HALF3: u8 = 25;
     pub(crate) const FLOAT4: u8 = 28;
+    pub(crate) const HALF4: u8 = 29;
     pub(crate) const DICTIONARY: u8 = 31;
     pub(crate) const TOKEN_LIST_OP: u8 = 32;
     pub(crate) const PATH_LIST_OP: u8 = 34;

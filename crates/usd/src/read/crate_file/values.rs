@@ -93,9 +93,12 @@ impl Reader {
             kind::HALF => Value::Float(f16::from_bits(inlined as u16).to_f32()),
             // Small whole numbers stand for themselves.
             kind::FLOAT3 | kind::HALF3 if rep.is_inlined() => Value::Float3(small_numbers(inlined)),
-            kind::DOUBLE3 if rep.is_inlined() => Value::Double3(small_numbers(inlined).map(f64::from)),
+            kind::FLOAT4 | kind::HALF4 if rep.is_inlined() => Value::Float4(small_numbers(inlined)),
+            kind::DOUBLE3 if rep.is_inlined() => Value::Double3(small_numbers::<3>(inlined).map(f64::from)),
             kind::FLOAT3 => Value::Float3(floats(self.cursor(rep).array::<12>()?)),
             kind::HALF3 => Value::Float3(halves(self.cursor(rep).array::<6>()?)),
+            kind::FLOAT4 => Value::Float4(floats(self.cursor(rep).array::<16>()?)),
+            kind::HALF4 => Value::Float4(halves(self.cursor(rep).array::<8>()?)),
             kind::DOUBLE3 => Value::Double3(doubles(self.cursor(rep).array::<24>()?)),
             kind::QUATF => Value::Quatd(real_first(floats(self.cursor(rep).array::<16>()?).map(f64::from))),
             kind::QUATH => Value::Quatd(real_first(halves(self.cursor(rep).array::<8>()?).map(f64::from))),
@@ -394,10 +397,10 @@ fn halves<const B: usize, const N: usize>(bytes: [u8; B]) -> [f32; N] {
     std::array::from_fn(|i| f16::from_le_bytes(numbers[i]).to_f32())
 }
 
-/// The numbers of a vector that has a byte for each.
-fn small_numbers(inlined: u32) -> [f32; 3] {
-    let [x, y, z, _] = inlined.to_le_bytes();
-    [x, y, z].map(|byte| f32::from(byte as i8))
+/// The numbers, at most 4, of a vector that has a byte for each.
+fn small_numbers<const N: usize>(inlined: u32) -> [f32; N] {
+    let bytes = inlined.to_le_bytes();
+    std::array::from_fn(|i| f32::from(bytes[i] as i8))
 }
 
 /// The format has a quaternion's real part last.

@@ -30,6 +30,8 @@ fn nested_value(lexer: &mut Lexer, type_name: &str, depth: usize) -> Result<Opti
         "asset" => Value::Asset(lexer.asset()?),
         "half" => Value::Float(half(lexer)?),
         "float3" | "point3f" | "normal3f" | "vector3f" | "color3f" => Value::Float3(tuple(lexer, float)?),
+        "float4" | "color4f" => Value::Float4(tuple(lexer, float)?),
+        "half4" | "color4h" => Value::Float4(tuple(lexer, half)?),
         "half3" | "point3h" | "normal3h" | "vector3h" | "color3h" => Value::Float3(tuple(lexer, half)?),
         "double3" | "point3d" | "normal3d" | "vector3d" | "color3d" => {
             Value::Double3(tuple(lexer, Lexer::number)?)

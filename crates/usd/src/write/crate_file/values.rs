@@ -52,6 +52,7 @@ impl<W: Write + Send + 'static> Values<W> {
             Value::Token(text) => Ok(self.token(text)),
             Value::Asset(text) => Ok(ValueRep::inlined(Type::Asset, self.words.token(text))),
             Value::Float3(vector) => self.store(ValueRep::single(Type::Vec3f), &[&float_bytes(vector)]),
+            Value::Float4(vector) => self.store(ValueRep::single(Type::Vec4f), &[&float_bytes(vector)]),
             Value::Double3(vector) => self.store(ValueRep::single(Type::Vec3d), &[&double_bytes(vector)]),
             // The format has the real part last.
             Value::Quatd([real, i, j, k]) => {
