@@ -36,8 +36,8 @@ pub struct Options {
     pub mesh_name: Option<String>,
     /// USD: the samples alone, as a layer that goes over another with the mesh; not together with `shapes`.
     pub over: bool,
-    /// USD: the metre as the unit of the layer, with a transform that scales the mesh to it; for programs that
-    /// do not read units.
+    /// USD: the metre as the unit of the layer, with a transform that scales the mesh to it. It is for
+    /// programs that do not read units.
     pub metres: bool,
     /// USD: how programs are to subdivide the mesh.
     pub subdivision: Subdivision,

@@ -251,8 +251,7 @@ fn differences(summary: &Summary, performance: &Performance, format: Format) -> 
         let here = is_in(&summary.channels, channel);
         compare(&channel.name, has(here).into(), has(is_in(&expected, channel)).into());
     }
-    // Shapes have no extents: positions are known only once shapes are mixed.
-    compare("extents", has(summary.extents).into(), has(is_usd && !summary.fitted).into());
+    compare("extents", has(summary.extents).into(), has(is_usd).into());
     Ok(found)
 }
 

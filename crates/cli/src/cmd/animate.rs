@@ -450,7 +450,7 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     let of_others = match format {
         Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
         Format::Glb | Format::Gltf => vec![(&for_usd[..], USD)],
-        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF"), (&for_usd, USD)],
+        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF"), (&for_usd[..], USD)],
     };
     let mut given = of_others.iter().flat_map(|(options, of)| options.iter().map(move |option| (option, of)));
     match given.find(|((given, _), _)| *given) {

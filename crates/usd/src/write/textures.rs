@@ -32,7 +32,8 @@ impl Assets {
         Self(Some(textures.iter().map(|texture| Some(texture.name.clone())).collect()))
     }
 
-    /// The path of the texture with this entry in [`rhytid_core::Materials::textures`]; `None` if it is not in the layer.
+    /// The path of the texture with this entry in [`rhytid_core::Materials::textures`]; `None` if it is not
+    /// in the layer.
     pub(super) fn of(&self, texture: Option<u32>) -> Option<&str> {
         self.0.as_ref()?.get(texture? as usize)?.as_deref()
     }
@@ -143,8 +144,8 @@ fn assets_of(path: &Path) -> Option<Vec<u8>> {
     Some(found)
 }
 
-/// Gives every image of `expected`, a layer with [`Assets::named`], the path that `found` has for it, as far
-/// as the image is the right one there: it may be beside the layer, in its package or elsewhere. `bytes`
+/// Gives the images of `expected`, a layer with [`Assets::named`], the paths that `found` has for them. An
+/// image may be beside the layer, in its package or elsewhere. A path of a wrong image is not taken. `bytes`
 /// reads the image at a path.
 pub(crate) fn accept(
     expected: &mut Layer,
