@@ -14,6 +14,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod clip_names;
 pub mod companion;
 mod exporter;
 mod frame;
@@ -24,13 +25,14 @@ mod recipe;
 mod scene;
 mod shapes;
 
+pub use clip_names::unique_names;
 pub use exporter::{Deviation, Exporter, Written};
 pub use frame::Frame;
 pub use options::{Options, TextureFiles};
-pub use reader::{AnimationReader, StatedError, Summary};
+pub use reader::{AnimationReader, StatedError, Summary, clip_number};
 pub use recipe::{
     ChannelChoice, Gains, HeadMotion, OutputStage, Recipe, StatedRecipe, Treatment, WrinkleGroup,
     WrinkleGroups,
 };
-pub use scene::Scene;
-pub use shapes::{Shape, Shapes};
+pub use scene::{Clip, Scene};
+pub use shapes::{Shape, ShapeSet, Shapes};

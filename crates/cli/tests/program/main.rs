@@ -5,6 +5,7 @@ mod bad_rig;
 mod bench;
 mod budgets;
 mod channels;
+mod clips;
 mod common;
 mod contact;
 mod curves;

@@ -17,8 +17,8 @@ mod surface;
 mod text;
 mod text_value;
 
-pub use baked::Baked;
 pub(crate) use baked::baked_layer;
+pub use baked::{Baked, Goal};
 pub(super) use crate_file::CrateWriter;
 pub use face::Face;
 pub(crate) use face::animation_layer;
