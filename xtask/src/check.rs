@@ -39,7 +39,15 @@ const LEFT_OUT: &[LeftOut] = &[
     tests(
         "rhytid-formats",
         "formats",
-        &["export::usd", "gltf::files", "gltf::motion", "gltf::shapes", "gltf::surface", "gltf::validator"],
+        &[
+            "clips::",
+            "export::usd",
+            "gltf::files",
+            "gltf::motion",
+            "gltf::shapes",
+            "gltf::surface",
+            "gltf::validator",
+        ],
         "asks USD's library, Khronos' validator or three.js, which `cargo xtask setup` installs",
     ),
     tests(

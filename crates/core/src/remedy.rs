@@ -36,6 +36,14 @@ listed! {
         Force,
         /// Write frames, and no shapes with curves.
         NoShapes,
+        /// Write few shapes with curves.
+        FewShapes,
+        /// Say which clip of a file is meant.
+        ChooseClip,
+        /// Bring all takes to one rate.
+        OneRate,
+        /// Leave the head's motion out.
+        DropHead,
         /// Do not refine the frames.
         NoRefinement,
         /// Have the doctor examine the face.

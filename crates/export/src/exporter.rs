@@ -29,8 +29,8 @@ pub struct Written {
     pub bytes: u64,
     /// Morph targets, in a format that has them.
     pub targets: Option<usize>,
-    /// The deviation of the file from the frames that came in; `None` if the file has every bit of them.
-    pub error: Option<Deviation>,
+    /// The deviation of each clip from the frames that came in; empty if the file has every bit of them.
+    pub errors: Vec<Deviation>,
 }
 
 /// How far one animation of a mesh is from another.
@@ -38,7 +38,7 @@ pub struct Written {
 pub struct Deviation {
     /// The largest distance of a vertex from its place in any frame, in mesh units.
     pub worst: f64,
-    /// The frame, counted from 0, and the vertex of the largest distance.
+    /// The frame, counted from 0 in its clip, and the vertex of the largest distance.
     pub at: (usize, usize),
     /// The root mean square of all distances, in mesh units.
     pub rms: f64,

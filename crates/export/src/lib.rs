@@ -14,6 +14,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod clip_names;
 pub mod companion;
 mod exporter;
 mod frame;
@@ -25,14 +26,15 @@ mod recipe;
 mod scene;
 mod shapes;
 
+pub use clip_names::unique_names;
 pub use exporter::{Deviation, Exporter, Written};
 pub use frame::Frame;
 pub use options::{Options, Subdivision, TextureFiles};
 pub use prim_path::{PrimPath, is_prim_name};
-pub use reader::{AnimationReader, StatedError, Summary};
+pub use reader::{AnimationReader, StatedError, Summary, clip_number};
 pub use recipe::{
     ChannelChoice, Gains, HeadMotion, OutputStage, Recipe, StatedRecipe, Treatment, WrinkleGroup,
     WrinkleGroups,
 };
-pub use scene::Scene;
-pub use shapes::{Shape, Shapes};
+pub use scene::{Clip, Scene};
+pub use shapes::{Shape, ShapeSet, Shapes};

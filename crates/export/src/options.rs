@@ -1,6 +1,6 @@
 //! The choices that only some formats have.
 
-use crate::PrimPath;
+use crate::{PrimPath, ShapeSet};
 
 /// The choices of those formats that have any. All others ignore them.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -12,6 +12,9 @@ pub struct Options {
     /// Fewer are written if all frames need fewer. The deviation of the frames has no bound;
     /// [`super::Written::error`] and the file state it.
     pub shapes: Option<usize>,
+    /// glTF and USD: shapes that are there already; not together with `max_error` or `shapes`. Only their
+    /// weights are found, each from 0 to 1. [`super::Written::errors`] and the file state the deviation.
+    pub onto: Option<ShapeSet>,
     /// glTF: integers of 8 and 16 bits (KHR_mesh_quantization).
     pub quantize: bool,
     /// glTF: compressed buffers (EXT_meshopt_compression).
@@ -24,8 +27,8 @@ pub struct Options {
     pub vertex_ids: bool,
     /// glTF: one primitive with one material, instead of one for each material.
     pub one_material: bool,
-    /// The name of the animation, such as that of the take; `None` for the mesh's name.
-    pub clip: Option<String>,
+    /// The names of the clips, such as those of the takes. A clip without one has the mesh's name.
+    pub clips: Vec<String>,
     /// What becomes of the textures of materials; `None` for what suits the format: [`TextureFiles::Embed`]
     /// in `.glb` and `.usdz`, else [`TextureFiles::Copy`].
     pub textures: Option<TextureFiles>,

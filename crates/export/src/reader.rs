@@ -3,7 +3,9 @@
 
 use crate::{Deviation, Scene, StatedRecipe};
 use rhytid_core::channel::{self, Channel};
-use rhytid_core::{Faces, Result, UpAxis};
+use rhytid_core::text::{listed, quoted};
+use rhytid_core::{Error, Faces, Remedy, Result, UpAxis};
+use std::path::Path;
 
 /// What a file says of its animation before its first frame.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,6 +47,26 @@ pub struct Summary {
     pub stated_channel_errors: Vec<StatedError>,
     /// The recipe of the animation; `None` where the file does not say how it was made.
     pub recipe: Option<StatedRecipe>,
+    /// The names of the file's clips, if it has several. All else is said of the clip that was opened.
+    pub clips: Vec<String>,
+}
+
+/// The number of the clip called `name`, among those of the file `path`; the first without a name. A file of
+/// one clip has no `clips`, and its only clip any name.
+///
+/// # Errors
+/// [`Error::Input`] if there is no such clip.
+pub fn clip_number(clips: &[String], name: Option<&str>, path: &Path) -> Result<usize> {
+    let Some(name) = name.filter(|_| !clips.is_empty()) else { return Ok(0) };
+    clips.iter().position(|clip| clip == name).ok_or_else(|| {
+        Error::mismatch(format!(
+            "{}: has no clip {}, expected one of {}",
+            path.display(),
+            quoted(name),
+            listed(clips.iter().map(String::as_str))
+        ))
+        .with_remedies(&[Remedy::ChooseClip])
+    })
 }
 
 /// The deviation of a channel from the animation that was exported, as the file states it.

@@ -41,6 +41,23 @@ pub struct Scene<'a> {
     pub first_time_code: f64,
     /// How the animation was made.
     pub recipe: &'a StatedRecipe,
+    /// Further clips, whose frames follow. The fields above are those of the first clip.
+    pub further: &'a [Clip<'a>],
+}
+
+/// The frames of one take among those of several.
+#[derive(Debug, Clone, Copy)]
+pub struct Clip<'a> {
+    /// As [`Scene::head`].
+    pub head: Option<&'a [RigidMotion]>,
+    /// Number of frames, at least 1.
+    pub frames: usize,
+    /// Frames per second.
+    pub rate: f64,
+    /// The time code (frame number) of the first frame.
+    pub first_time_code: f64,
+    /// How the clip was made.
+    pub recipe: &'a StatedRecipe,
 }
 
 impl<'a> Scene<'a> {
@@ -63,7 +80,20 @@ impl<'a> Scene<'a> {
             rate: 30.0,
             first_time_code: 0.0,
             recipe,
+            further: &[],
         }
+    }
+
+    /// All clips, at least one.
+    pub fn clips(&self) -> Vec<Clip<'a>> {
+        let Self { head, frames, rate, first_time_code, recipe, .. } = *self;
+        let first = Clip { head, frames, rate, first_time_code, recipe };
+        std::iter::once(first).chain(self.further.iter().copied()).collect()
+    }
+
+    /// The frames of all clips.
+    pub fn all_frames(&self) -> usize {
+        self.clips().iter().map(|clip| clip.frames).sum()
     }
 
     /// Whether the frames have this channel.
@@ -122,6 +152,17 @@ impl<'a> Scene<'a> {
         if !(self.metres_per_unit.is_finite() && self.metres_per_unit > 0.0) {
             return Some(format!("has a unit of {} metres, expected a number above 0", self.metres_per_unit));
         }
+        if let Some(fault) = self.clips().iter().find_map(Clip::fault) {
+            return Some(fault);
+        }
+        let of_materials = || self.materials.and_then(|materials| materials.fault(self.faces));
+        self.uvs.and_then(|uvs| uvs.fault(vertices, self.faces)).or_else(of_materials)
+    }
+}
+
+impl Clip<'_> {
+    /// What is wrong with the clip, as a phrase without its subject.
+    fn fault(&self) -> Option<String> {
         if self.frames == 0 {
             return Some("has no frames, expected at least 1".into());
         }
@@ -135,11 +176,7 @@ impl<'a> Scene<'a> {
                 self.frames, self.first_time_code
             ));
         }
-        if let Some(fault) = self.head.and_then(|head| self.fault_of_head(head)) {
-            return Some(fault);
-        }
-        let of_materials = || self.materials.and_then(|materials| materials.fault(self.faces));
-        self.uvs.and_then(|uvs| uvs.fault(vertices, self.faces)).or_else(of_materials)
+        self.head.and_then(|head| self.fault_of_head(head))
     }
 
     fn fault_of_head(&self, head: &[RigidMotion]) -> Option<String> {

@@ -46,6 +46,18 @@ pub struct Shape {
     pub normal_offsets: Option<Vec<[f32; 3]>>,
 }
 
+/// A set of shapes without its mesh: what a take is fitted to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct ShapeSet {
+    /// V×3 positions in mesh units where all weights are 0.
+    pub base: Vec<[f32; 3]>,
+    /// V×3 normals of the base, of length 1, or 0 at a vertex without area; given if the shapes have normal
+    /// offsets.
+    pub base_normals: Option<Vec<[f32; 3]>>,
+    /// The shapes, at least one.
+    pub shapes: Vec<Shape>,
+}
+
 impl Shapes<'_> {
     /// Checks every length, index, number and name, so that the writers can rely on them.
     pub fn check(&self) -> Result<()> {
@@ -73,6 +85,7 @@ impl Shapes<'_> {
             rate: 1.0,
             first_time_code: 0.0,
             recipe: self.recipe,
+            further: &[],
         }
     }
 

@@ -118,6 +118,7 @@ fn write_ours(arrays: &Path, path: &Path) -> Result<(Duration, u64)> {
         rate: 24.0,
         first_time_code: 1.0,
         recipe: &recipe,
+        further: &[],
     };
     let start = Instant::now();
     let mut exporter = animation::create(path, &scene, &Options::default())?;

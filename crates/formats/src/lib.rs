@@ -30,6 +30,7 @@
 //!     rate: 24.0,
 //!     first_time_code: 0.0,
 //!     recipe: &recipe,
+//!     further: &[],
 //! };
 //! let raised: Vec<f32> = rest.iter().flat_map(|[x, y, z]| [*x, *y, z + 1.0]).collect();
 //!

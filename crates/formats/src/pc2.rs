@@ -67,6 +67,6 @@ impl Exporter for PointCache {
 
     fn finish(self: Box<Self>, _progress: &dyn Progress) -> Result<Written> {
         self.file.finish()?;
-        Ok(Written { bytes: self.bytes, targets: None, error: None })
+        Ok(Written { bytes: self.bytes, targets: None, errors: Vec::new() })
     }
 }

@@ -3,6 +3,7 @@
 
 use crate::animation;
 use crate::npy::{self, Array};
+use rhytid_core::text::listed;
 use rhytid_core::{Error, Mesh, Result};
 use rhytid_export::AnimationReader;
 use rhytid_meshes as mesh;
@@ -56,14 +57,20 @@ impl Sequence {
             return Ok(Self { kept: Kept::Array(positions), frames });
         }
         let reader = animation::open(path).map_err(|error| match animation::Format::from_extension(path) {
-            Ok(_) => error,
-            Err(_) => error.reworded(|message| {
+            Ok(format) if format != animation::Format::Csv => error,
+            _ => error.reworded(|message| {
                 format!(
                     "{message}; dense meshes over time are read from those, from .npy, or from a folder of meshes"
                 )
             }),
         })?;
         let summary = reader.summary();
+        if !summary.clips.is_empty() {
+            return fault(format!(
+                "holds the clips {}; give a file of one animation",
+                listed(summary.clips.iter().map(String::as_str))
+            ));
+        }
         if summary.vertices != vertices {
             return fault(format!(
                 "has {} vertices, but {} has {vertices}; the frames need the neutral's vertices in the same order",

@@ -30,6 +30,7 @@ fn export(path: &Path, frames: usize, options: &Options) {
         rate: 30.0,
         first_time_code: 0.0,
         recipe: &StatedRecipe::default(),
+        further: &[],
     };
     let mut exporter = animation::create(path, &scene, options).unwrap();
     let mut positions = vec![0.0; 3 * VERTICES];

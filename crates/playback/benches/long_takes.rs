@@ -104,7 +104,7 @@ fn main() -> Result<()> {
     let steps = Steps(Mutex::new(Step { name: "begin", since: before }));
     let written = playback.export(&performance, &folder.path().join("out.glb"), &options, &steps)?;
     steps.report("end", 0, 0);
-    let error = written.error.expect("an error");
+    let error = written.errors[0];
     println!(
         "{} targets, {} bytes, worst {:.4} mm, RMS {:.4} mm; {:.1} s of processor time, {:.1} s; {} MiB",
         written.targets.unwrap_or_default(),

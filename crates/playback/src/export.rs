@@ -1,9 +1,9 @@
 //! Export of a take into a file.
 
 use crate::{Performance, Playback, channels};
-use rhytid_core::{Channel, ChannelKind, Progress, Result, Rig};
+use rhytid_core::{Channel, ChannelKind, DeviceInfo, Error, Progress, Result, Rig, RigidMotion};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Frame, HeadMotion, Options, Recipe, Scene, StatedRecipe, Written};
+use rhytid_formats::export::{Clip, Frame, HeadMotion, Options, Recipe, Scene, StatedRecipe, Written};
 use std::path::Path;
 
 /// Checks that a file of so many frames can be written, before there are any: what must be refused has to be
@@ -46,16 +46,73 @@ impl SceneParts {
     }
 
     pub(crate) fn scene<'a>(&'a self, rig: &'a Rig, performance: &'a Performance) -> Scene<'a> {
-        let Performance { selection, recipe, first_time_code, .. } = performance;
+        let Performance { selection, first_time_code, .. } = performance;
         Scene {
             rest_normals: self.rest_normals.as_deref(),
             channels: &self.channels,
-            head: selection.head().filter(|_| recipe.head == HeadMotion::Keep),
+            head: performance.head_of_file(),
             frames: selection.inner.len(),
             rate: selection.rate,
             first_time_code: *first_time_code as f64,
             ..Scene::new(rig, &self.corners, &self.stated)
         }
+    }
+}
+
+/// Plays performances of one rig into the file `path`, one after the other: each is a clip of its own. All
+/// share the shapes that `options` ask for. Each performance is played on the first of `devices` that has
+/// room for its rig. Returns what was written, and the device of the last performance.
+///
+/// # Errors
+/// As [`Playback::export`]. [`rhytid_core::Error::Input`] if the format has no place for so many clips, or if
+/// the clips differ in their channels; [`rhytid_core::Error::Internal`] without performances.
+pub fn export_clips(
+    performances: &[Performance],
+    devices: &[DeviceInfo],
+    path: &Path,
+    options: &Options,
+    progress: &dyn Progress,
+) -> Result<(Written, DeviceInfo)> {
+    let [first, further @ ..] = performances else {
+        return Err(Error::Internal("there are no takes to export".into()));
+    };
+    let mut playback = first.playback(devices, progress)?;
+    let parts = SceneParts::new(&mut playback, first)?;
+    let stated: Vec<StatedRecipe> =
+        further.iter().map(|performance| StatedRecipe::from(&performance.recipe)).collect();
+    let clips = further.iter().zip(&stated).map(|(performance, recipe)| Clip {
+        head: performance.head_of_file(),
+        frames: performance.selection.inner.len(),
+        rate: performance.selection.rate,
+        first_time_code: performance.first_time_code as f64,
+        recipe,
+    });
+    let clips: Vec<Clip<'_>> = clips.collect();
+    let scene = Scene { further: &clips, ..parts.scene(&first.rig, first) };
+    let frames = scene.all_frames() as u64;
+    let mut exporter = animation::create(path, &scene, options)?;
+    let mut done = 0;
+    progress.report("animate", 0, frames);
+    for performance in performances {
+        if done > 0 {
+            playback = performance.playback(devices, progress)?;
+        }
+        playback.play(&performance.selection, &performance.recipe, progress, |frame| {
+            exporter.frame(frame)?;
+            done += 1;
+            progress.report("animate", done, frames);
+            Ok(())
+        })?;
+    }
+    let device = playback.device().clone();
+    drop(playback);
+    Ok((exporter.finish(progress)?, device))
+}
+
+impl Performance {
+    /// The head pose in each frame, if a file has it beside the positions.
+    fn head_of_file(&self) -> Option<&[RigidMotion]> {
+        self.selection.head().filter(|_| self.recipe.head == HeadMotion::Keep)
     }
 }
 

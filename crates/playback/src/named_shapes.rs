@@ -132,7 +132,7 @@ fn of_meshes(path: &Path, rig: &Rig) -> Result<NamedShapes> {
 }
 
 /// The meshes of a folder or of a pattern, by name.
-fn meshes(path: &Path) -> Vec<PathBuf> {
+pub(crate) fn meshes(path: &Path) -> Vec<PathBuf> {
     let pattern = if path.is_dir() { path.join("*") } else { path.to_owned() };
     project::meshes_fitting(&pattern)
 }

@@ -1,7 +1,7 @@
 //! Time codes: hours, minutes, seconds and frames, as `16:21:26:06.411`.
 
 /// Rates that time codes count in, in frames per second.
-const RATES: [u32; 8] = [24, 25, 30, 48, 50, 60, 120, 240];
+pub(crate) const RATES: [u32; 8] = [24, 25, 30, 48, 50, 60, 120, 240];
 
 /// A day in seconds.
 const DAY: f64 = 86_400.0;

@@ -19,11 +19,12 @@ pub(crate) struct Animate {
     /// The take: CSV, or the file of a capture system.
     ///
     /// A CSV has time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space. The file of a capture system is
-    /// cleaned first, as `prepare` does it.
-    #[arg(required_unless_present = "listen")]
-    pub take: Option<PathBuf>,
+    /// cleaned first, as `prepare` does it. With --shapes N, --compressed or --onto there can be several
+    /// takes: each is a clip of its own, and all share one set of shapes.
+    #[arg(value_name = "TAKE", required_unless_present = "listen")]
+    pub takes: Vec<PathBuf>,
 
-    /// The file: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2.
+    /// The file: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2; with --onto also .csv.
     ///
     /// The ending is the format. docs/export.md says which format and which options suit which program.
     #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
@@ -106,6 +107,14 @@ pub(crate) struct Animate {
     // `--shapes N` of TakeReading is an output here: the take as N shapes with curves.
     #[command(flatten)]
     pub reading: TakeReading,
+
+    /// Find only the weights of shapes that are there: a file with blend shapes, a folder, a project or a rig.
+    ///
+    /// They are shapes of the rig's mesh, in a glTF or USD file, a folder of meshes, a project file or a rig.
+    /// Each frame comes as near as weights from 0 to 1 allow, and the error is printed. OUT is a mesh with
+    /// these shapes and a clip, or the weights as .csv.
+    #[arg(long, value_name = "SHAPES", conflicts_with_all = ["compressed", "quantize"], help_heading = OUTPUT)]
+    pub onto: Option<PathBuf>,
 
     #[command(flatten)]
     pub live: Listen,

@@ -27,7 +27,7 @@ pub(crate) struct Listen {
         default_missing_value = "9000",
         value_parser = parse_address,
         help_heading = LIVE,
-        conflicts_with_all = ["take", "missing", "take_unit", "take_axes", "take_rate"]
+        conflicts_with_all = ["takes", "missing", "take_unit", "take_axes", "take_rate"]
     )]
     pub listen: Option<SocketAddr>,
 

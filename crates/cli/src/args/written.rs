@@ -82,6 +82,10 @@ pub(crate) struct Verify {
     #[arg(long)]
     pub take: PathBuf,
 
+    /// The clip of the take, in a file of several [default: the one called as the take's file].
+    #[arg(long, value_name = "NAME")]
+    pub clip: Option<String>,
+
     /// The edits that `animate` was given.
     #[arg(long, value_name = "EDIT.toml")]
     pub edit: Option<PathBuf>,

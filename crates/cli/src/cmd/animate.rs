@@ -1,7 +1,7 @@
 //! `rhytid animate`
 
-use super::listen;
 use super::masks::{self, Masks};
+use super::{clips, listen};
 use crate::args::{FramesChoice, HeadChoice, MaterialsChoice};
 use crate::progress::Ui;
 use crate::{args, inputs, output};
@@ -10,9 +10,9 @@ use rhytid::core::human;
 use rhytid::core::{AtomicFile, ChannelKind, DeviceInfo, Mesh, rig_file};
 use rhytid::evaluate::{Regions, StrainCurves, coverage};
 use rhytid::formats::animation::Format;
-use rhytid::formats::export::{self, HeadMotion, Recipe, WrinkleGroups, Written};
+use rhytid::formats::export::{self, Deviation, HeadMotion, Recipe, ShapeSet, WrinkleGroups, Written};
 use rhytid::formats::{FileKind, mesh, raw_take, refuse_inputs};
-use rhytid::playback::{Correction, Layers, Performance, Selection, check_export};
+use rhytid::playback::{Correction, Layers, Performance, Selection, check_export, read_shape_set};
 use rhytid::{Error, Result, Rig, Take};
 use serde::Serialize;
 use std::ops::Range;
@@ -24,10 +24,8 @@ const STRETCHES: usize = 4;
 
 /// The result of an animation.
 pub(super) struct Animated {
-    /// Frames written.
-    pub frames: usize,
-    /// Frames per second of the animation.
-    pub rate: f64,
+    /// What was written of each take.
+    pub clips: Vec<ClipOf>,
     /// Metres in one mesh unit.
     pub metres_per_unit: f64,
     /// The device that evaluated the frames.
@@ -38,6 +36,32 @@ pub(super) struct Animated {
     pub written: Written,
 }
 
+/// What was written of one take.
+pub(super) struct ClipOf {
+    /// The take's name; none for what came over the network.
+    pub name: String,
+    /// Frames written.
+    pub frames: usize,
+    /// Frames per second of the animation.
+    pub rate: f64,
+}
+
+impl Animated {
+    /// The frames of all takes.
+    pub(super) fn frames(&self) -> usize {
+        self.clips.iter().map(|clip| clip.frames).sum()
+    }
+
+    /// The largest deviation of all takes, and the RMS over all frames.
+    fn error(&self) -> Option<Deviation> {
+        let errors = &self.written.errors;
+        let worst = errors.iter().max_by(|a, b| a.worst.total_cmp(&b.worst))?;
+        let of_clip = |(clip, error): (&ClipOf, &Deviation)| clip.frames as f64 * error.rms * error.rms;
+        let squares: f64 = self.clips.iter().zip(errors).map(of_clip).sum();
+        Some(Deviation { rms: (squares / self.frames() as f64).sqrt(), ..*worst })
+    }
+}
+
 /// Animates and says what was done.
 ///
 /// # Errors
@@ -45,29 +69,41 @@ pub(super) struct Animated {
 pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
     let done = animate(args, ui)?;
     output::done(args.json, ui, &Summary::new(args, &done), || {
-        let text = format!(
-            "{}: {} at {} frames per second, evaluated on {} in {} ({} frames/s), {}{}",
-            args.output.display(),
-            human::counted(done.frames, "frame"),
-            human::number(done.rate),
+        let evaluated = format!(
+            "evaluated on {} in {} ({} frames/s), {}{}",
             done.device.id(),
             human::duration(done.time),
-            human::number((done.frames as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
+            human::number((done.frames() as f64 / done.time.as_secs_f64() * 10.0).round() / 10.0),
             human::bytes(done.written.bytes),
-            morphs(&done.written, done.metres_per_unit)
+            targets(&done.written),
         );
-        text + &next(args)
+        let frames = |clip: &ClipOf| {
+            let (frames, rate) = (human::counted(clip.frames, "frame"), human::number(clip.rate));
+            format!("{frames} at {rate} frames per second")
+        };
+        let error = |i: usize| off(done.written.errors.get(i), done.metres_per_unit);
+        let text = match &done.clips[..] {
+            [clip] => format!("{}: {}, {evaluated}{}", args.output.display(), frames(clip), error(0)),
+            clips => {
+                let takes = human::counted(clips.len(), "take");
+                let of_clip =
+                    |(i, clip): (usize, &ClipOf)| format!("\n  {}: {}{}", clip.name, frames(clip), error(i));
+                let of_clips: String = clips.iter().enumerate().map(of_clip).collect();
+                format!("{}: {takes}, {evaluated}{of_clips}", args.output.display())
+            }
+        };
+        text + &next(args, &done)
     })
 }
 
 /// The commands that come next: look at it, and check the file.
-fn next(args: &args::Animate) -> String {
-    let Some(take) = args.take.as_ref().or(args.live.record.as_ref()) else { return String::new() };
+fn next(args: &args::Animate, done: &Animated) -> String {
+    let Some(take) = args.takes.first().or(args.live.record.as_ref()) else { return String::new() };
     if args.live.sender.world {
         let words = std::env::args().skip(1).collect();
         return output::next(&[listen::prepare(words, &args.rig, take)]);
     }
-    let [rig, take, file] = [&args.rig, take, &args.output].map(|path| output::word(path));
+    let [rig, file] = [&args.rig, &args.output].map(|path| output::word(path));
     let option = |name: &str, value: &Option<PathBuf>| {
         value.as_ref().map_or(String::new(), |path| format!(" {name} {}", output::word(path)))
     };
@@ -78,14 +114,22 @@ fn next(args: &args::Animate) -> String {
     let mut commands = Vec::new();
     // The window plays no other shapes than the rig's examples.
     if shapes.is_empty() {
-        commands.push(format!("rhytid view {rig} {take}{edit}"));
+        commands.push(format!("rhytid view {rig} {}{edit}", output::word(take)));
     }
-    // A point cache says nothing about how it was made.
-    if Format::from_extension(&args.output).is_ok_and(|format| format != Format::Pc2)
-        && args.live.listen.is_none()
-    {
-        commands
-            .push(format!("rhytid verify {file} --rig {rig} --take {take}{edit}{setup}{shapes}{elsewhere}"));
+    // A point cache says nothing about how it was made, and neither do curves.
+    let is_stated = |format| !matches!(format, Format::Pc2 | Format::Csv);
+    if Format::from_extension(&args.output).is_ok_and(is_stated) && args.live.listen.is_none() {
+        commands.extend(args.takes.iter().zip(&done.clips).map(|(take, clip)| {
+            // Two takes may have one name.
+            let is_plain = done.clips.len() == 1 || clip.name == take_name(take);
+            let clip = if is_plain {
+                String::new()
+            } else {
+                format!(" --clip {}", output::word(clip.name.as_ref()))
+            };
+            let take = output::word(take);
+            format!("rhytid verify {file} --rig {rig} --take {take}{clip}{edit}{setup}{shapes}{elsewhere}")
+        }));
     }
     output::next(&commands)
 }
@@ -105,6 +149,18 @@ struct Summary<'a> {
     /// The largest distance of a vertex from its place; null where nothing is approximated.
     worst_mm: Option<f64>,
     rms_mm: Option<f64>,
+    /// Null where there is one take.
+    clips: Option<Vec<ClipSummary<'a>>>,
+}
+
+/// One of several takes.
+#[derive(Serialize)]
+struct ClipSummary<'a> {
+    take: &'a Path,
+    frames: usize,
+    frames_per_second: f64,
+    worst_mm: Option<f64>,
+    rms_mm: Option<f64>,
 }
 
 impl<'a> Summary<'a> {
@@ -113,31 +169,44 @@ impl<'a> Summary<'a> {
         Self {
             file: &args.output,
             bytes: done.written.bytes,
-            frames: done.frames,
-            frames_per_second: done.rate,
+            frames: done.frames(),
+            frames_per_second: done.clips.first().map_or(0.0, |clip| clip.rate),
             device: done.device.id(),
             device_name: &done.device.name,
             seconds: done.time.as_secs_f64(),
             morph_targets: done.written.targets,
-            worst_mm: done.written.error.as_ref().map(|error| millimetres(error.worst)),
-            rms_mm: done.written.error.as_ref().map(|error| millimetres(error.rms)),
+            worst_mm: done.error().map(|error| millimetres(error.worst)),
+            rms_mm: done.error().map(|error| millimetres(error.rms)),
+            clips: (done.clips.len() > 1).then(|| {
+                let clips = args.takes.iter().zip(&done.clips).enumerate();
+                let summary = clips.map(|(i, (take, clip))| ClipSummary {
+                    take,
+                    frames: clip.frames,
+                    frames_per_second: clip.rate,
+                    worst_mm: done.written.errors.get(i).map(|error| millimetres(error.worst)),
+                    rms_mm: done.written.errors.get(i).map(|error| millimetres(error.rms)),
+                });
+                summary.collect()
+            }),
         }
     }
 }
 
-/// The words about morph targets and their error, if there are any.
-fn morphs(written: &Written, metres_per_unit: f64) -> String {
-    let targets = written.targets.map(|n| format!(", {}", human::counted(n, "morph target")));
-    let error = written.error.map(|error| {
-        let millimetres = |length: f64| human::number(length * metres_per_unit * 1e3);
-        let (frame, vertex) = error.at;
-        format!(
-            "; at most {} mm off (frame {frame}, vertex {vertex}), RMS {} mm",
-            millimetres(error.worst),
-            millimetres(error.rms)
-        )
-    });
-    targets.unwrap_or_default() + &error.unwrap_or_default()
+/// The words about morph targets, if there are any.
+fn targets(written: &Written) -> String {
+    written.targets.map_or(String::new(), |n| format!(", {}", human::counted(n, "morph target")))
+}
+
+/// The words about the error of a clip, if it has one.
+fn off(error: Option<&Deviation>, metres_per_unit: f64) -> String {
+    let Some(error) = error else { return String::new() };
+    let millimetres = |length: f64| human::number(length * metres_per_unit * 1e3);
+    let (frame, vertex) = error.at;
+    format!(
+        "; at most {} mm off (frame {frame}, vertex {vertex}), RMS {} mm",
+        millimetres(error.worst),
+        millimetres(error.rms)
+    )
 }
 
 /// From a rig file and a take to an animated file.
@@ -148,23 +217,25 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // An unknown format is an error before the long work.
     let format = Format::from_extension(&args.output)?;
     check_options(args, format)?;
+    clips::check(args)?;
     let count = listen::count(args)?;
     check_files(args)?;
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let layers = inputs::layers(args.edit.as_deref(), &rig, &args.reading)?;
     let recipe = recipe(args, format, layers.as_ref())?;
+    let onto = onto(args, &rig, &recipe, ui)?;
     // An error here must come before a recording, which would be lost.
     Performance::check(&recipe, &rig).map_err(|error| error.in_file(args.rig.display()))?;
     masks::check(args, &rig, &recipe)?;
     let regions = args.strain_curves.as_ref().map(|_| regions(args, &rig)).transpose()?;
-    let prepared = Prepared { rig, layers, recipe, regions, device, format };
+    let prepared = Prepared { rig, layers, recipe, onto, regions, device, format };
     let Some(frames) = count else {
-        let take = args.take.as_ref().ok_or_else(|| Error::Internal("there is no take".into()))?;
+        let [take] = &args.takes[..] else { return clips::make(args, prepared, ui) };
         let take = inputs::take(take, &prepared.rig, &args.reading, ui)?;
         return make(args, prepared, take, ui);
     };
-    let options = export_options(args, prepared.rig.surface().metres_per_unit);
+    let options = export_options(args, prepared.rig.surface().metres_per_unit, prepared.onto.clone());
     check_export(&prepared.rig, &prepared.recipe, frames, &args.output, &options)?;
     let (mut take, kept) = listen::take(args, &prepared.rig, frames, ui)?;
     let softened = if args.reading.soft_markers { capture::soften(&mut take).map(|_| ()) } else { Ok(()) };
@@ -177,31 +248,34 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
 }
 
 /// Everything that is known before the take.
-struct Prepared {
-    rig: Rig,
-    layers: Option<Layers>,
-    recipe: Recipe,
+pub(super) struct Prepared {
+    pub rig: Rig,
+    pub layers: Option<Layers>,
+    /// The recipe of the first take.
+    pub recipe: Recipe,
+    /// The shapes whose weights are to be found.
+    pub onto: Option<ShapeSet>,
     /// The regions of the strain curves.
-    regions: Option<Regions>,
+    pub regions: Option<Regions>,
     /// The device that was named.
-    device: Option<DeviceInfo>,
-    format: Format,
+    pub device: Option<DeviceInfo>,
+    pub format: Format,
+}
+
+/// The shapes of `--onto`.
+fn onto(args: &args::Animate, rig: &Rig, recipe: &Recipe, ui: &Ui) -> Result<Option<ShapeSet>> {
+    let Some(path) = &args.onto else { return Ok(None) };
+    let processor = [inputs::processor()?];
+    read_shape_set(path, rig, recipe.has(ChannelKind::Normals), &processor, ui).map(Some)
 }
 
 /// The animated file of a take.
 fn make(args: &args::Animate, prepared: Prepared, take: Take, ui: &Ui) -> Result<Animated> {
-    let Prepared { rig, layers, recipe, regions, device, format } = prepared;
-    let range = match args.frames {
-        FramesChoice::Range(range) => range.within(take.frames())?,
-        FramesChoice::Count(_) => 0..take.frames(),
-    };
-    let recipe = Recipe { first_frame: range.start as u64, end_frame: range.end as u64, ..recipe };
-    let performance = Performance::new(recipe, rig, take, layers)?;
-    let Performance { rig, take, selection, .. } = &performance;
-    let is_far = warn_far(rig, &take.take, &range, ui)?;
-    say_what_changes_nothing(args, &take.take, is_far);
-    warn_head_left_out(args, format, &take.take);
-    let options = export_options(args, rig.surface().metres_per_unit);
+    let Prepared { rig, layers, recipe, onto, regions, device, format } = prepared;
+    let performance = perform(args, rig, layers, recipe, take)?;
+    let Performance { rig, selection, .. } = &performance;
+    warn(args, format, &performance, args.takes.first().map(PathBuf::as_path), ui)?;
+    let options = export_options(args, rig.surface().metres_per_unit, onto);
     let devices = inputs::devices(device, ui)?;
     let mut playback = performance.playback(&devices, ui)?;
     let start = Instant::now();
@@ -223,8 +297,7 @@ fn make(args: &args::Animate, prepared: Prepared, take: Take, ui: &Ui) -> Result
         playback.corrections().map(of_frame).for_each(|words| ui.line(&words));
     }
     Ok(Animated {
-        frames: selection.inner.len(),
-        rate: selection.rate,
+        clips: vec![ClipOf { name: String::new(), frames: selection.inner.len(), rate: selection.rate }],
         metres_per_unit: rig.surface().metres_per_unit,
         device: playback.device().clone(),
         time: start.elapsed(),
@@ -232,17 +305,49 @@ fn make(args: &args::Animate, prepared: Prepared, take: Take, ui: &Ui) -> Result
     })
 }
 
+/// The frames of a take that are asked for, as a performance.
+pub(super) fn perform(
+    args: &args::Animate,
+    rig: Rig,
+    layers: Option<Layers>,
+    recipe: Recipe,
+    take: Take,
+) -> Result<Performance> {
+    let range = match args.frames {
+        FramesChoice::Range(range) => range.within(take.frames())?,
+        FramesChoice::Count(_) => 0..take.frames(),
+    };
+    let recipe = Recipe { first_frame: range.start as u64, end_frame: range.end as u64, ..recipe };
+    Performance::new(recipe, rig, take, layers)
+}
+
+/// Says what is likely wrong with a take, and which options change nothing. `path` is the take's, if it has one.
+pub(super) fn warn(
+    args: &args::Animate,
+    format: Format,
+    performance: &Performance,
+    path: Option<&Path>,
+    ui: &Ui,
+) -> Result<()> {
+    let Performance { rig, take, recipe, .. } = performance;
+    let range = recipe.first_frame as usize..recipe.end_frame as usize;
+    let is_far = warn_far(rig, &take.take, &range, ui)?;
+    say_what_changes_nothing(args, &take.take, path, is_far);
+    warn_head_left_out(args, format, &take.take);
+    Ok(())
+}
+
 /// Checks that the inputs are of the right kinds, and that every output can be written and is no input.
 fn check_files(args: &args::Animate) -> Result<()> {
-    match &args.take {
-        Some(take) => inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?,
-        None => {
-            inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
-        }
+    for take in &args.takes {
+        inputs::rig_and_take(&args.rig, take, "rhytid animate RIG TAKE -o OUT.usd")?;
+    }
+    if args.takes.is_empty() {
+        inputs::expect(&args.rig, &[FileKind::Rig], "rhytid animate RIG --listen --frames N -o OUT.usd")?;
     }
     let edits = inputs::edit_files(args.edit.as_deref())?;
-    let inputs = [Some(&args.rig), args.take.as_ref(), args.reading.setup.as_ref(), args.groups.as_ref()];
-    let inputs = inputs.into_iter().flatten().chain(&edits).map(PathBuf::as_path);
+    let inputs = [Some(&args.rig), args.reading.setup.as_ref(), args.groups.as_ref(), args.onto.as_ref()];
+    let inputs = inputs.into_iter().flatten().chain(&args.takes).chain(&edits).map(PathBuf::as_path);
     let inputs = inputs.chain(args.reading.shapes_of_curves());
     let masks = masks::outputs(args);
     let others = args.live.record.iter().chain(&args.strain_curves).chain(&masks);
@@ -254,7 +359,11 @@ fn check_files(args: &args::Animate) -> Result<()> {
     Ok(())
 }
 
-fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options {
+pub(super) fn export_options(
+    args: &args::Animate,
+    metres_per_unit: f64,
+    onto: Option<ShapeSet>,
+) -> export::Options {
     export::Options {
         max_error: args.compressed.then_some(args.max_error * 1e-3 / metres_per_unit),
         quantize: args.quantize,
@@ -264,7 +373,8 @@ fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options
         shapes: args.reading.shapes_to_write(),
         vertex_ids: args.vertex_ids,
         one_material: args.materials == MaterialsChoice::One,
-        clip: take_name(args),
+        clips: args.takes.iter().chain(&args.live.record).map(|take| take_name(take)).collect(),
+        onto,
         textures: args.textures.map(Into::into),
         prim_path: args.layer.prim_path.clone(),
         mesh_name: args.layer.mesh_name.clone(),
@@ -275,12 +385,17 @@ fn export_options(args: &args::Animate, metres_per_unit: f64) -> export::Options
 }
 
 /// The name of the take, which the animation has: that of its file.
-fn take_name(args: &args::Animate) -> Option<String> {
-    let file = args.take.as_ref().or(args.live.record.as_ref())?;
-    file.file_stem().map(|stem| stem.to_string_lossy().into_owned())
+pub(super) fn take_name(take: &Path) -> String {
+    take.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn warn_head_left_out(args: &args::Animate, format: Format, take: &Take) {
+    if format == Format::Csv && args.head == HeadChoice::Keep && take.head.is_some() {
+        log::warn!(
+            "{}: weights of shapes say nothing of the head's motion, which is left out; write .glb or .usd for it",
+            args.output.display()
+        );
+    }
     if format == Format::Pc2 && args.head == HeadChoice::Keep && take.head.is_some() {
         log::warn!(
             "{}: a point cache has no place for the head's motion, which is left out; --head bake puts it into the vertices",
@@ -310,7 +425,7 @@ fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Resu
         channels,
         wrinkle_groups: WrinkleGroups(args.wrinkle_group.clone()),
         refine: args.refine,
-        treatment: args.reading.treatment(args.take.as_deref())?,
+        treatment: args.reading.treatment(args.takes.first().map(PathBuf::as_path))?,
         ..Recipe::default()
     })
 }
@@ -391,8 +506,8 @@ fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
 }
 
 /// Reports options that have no effect on this take. That is no error, since scripts give them to every take.
-fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
-    let take_path = args.take.as_deref().unwrap_or(Path::new("what came")).display();
+fn say_what_changes_nothing(args: &args::Animate, take: &Take, path: Option<&Path>, is_far: bool) {
+    let take_path = path.unwrap_or(Path::new("what came")).display();
     if args.fine_detail.fade && take.confidence.is_none() && !is_far {
         log::info!(
             "{take_path}: has no confidence below 1 and goes nowhere far from the examples, so --fade-detail changes nothing"
@@ -410,8 +525,7 @@ fn say_what_changes_nothing(args: &args::Animate, take: &Take, is_far: bool) {
 fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     args.fine_detail.check()?;
     // A raw take may need it for its clean-up, whatever the format.
-    let is_raw =
-        args.live.sender.world || args.take.as_deref().is_some_and(|take| !raw_take::is_take_csv(take));
+    let is_raw = args.live.sender.world || args.takes.iter().any(|take| !raw_take::is_take_csv(take));
     let for_gltf = [
         (args.compressed, "--compressed"),
         (args.quantize, "--quantize"),
@@ -425,6 +539,15 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
         return Err(Error::conflict(
             "--compressed and --shapes N are two ways to write few shapes; give one",
         ));
+    }
+    if args.onto.is_some() && args.reading.shapes_to_write().is_some() {
+        return Err(Error::conflict("--onto fits given shapes, and --shapes N makes new ones; give one"));
+    }
+    if format == Format::Csv && args.onto.is_none() {
+        return Err(Error::conflict(format!(
+            "{}: a .csv holds weights of shapes; give the shapes with --onto SHAPES, or write .usd or .glb",
+            args.output.display()
+        )));
     }
     if let Some(shapes) = args.reading.shapes_of_curves().filter(|_| args.live.listen.is_some()) {
         return Err(Error::conflict(format!(
@@ -447,10 +570,18 @@ fn check_options(args: &args::Animate, format: Format) -> Result<()> {
     const USD: &str = "USD (.usd, .usdc, .usda or .usdz)";
     let mut for_usd = args.layer.given().to_vec();
     for_usd.push((args.over, "--over"));
+    if format == Format::Pc2 && args.onto.is_some() {
+        return Err(Error::conflict(format!(
+            "{}: --onto is for USD, glTF and .csv; leave it out, or choose such a file",
+            args.output.display()
+        )));
+    }
     let of_others = match format {
         Format::Usdc | Format::Usda | Format::Usdz => vec![(&for_gltf[..], GLTF)],
         Format::Glb | Format::Gltf => vec![(&for_usd[..], USD)],
-        Format::Pc2 => vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF"), (&for_usd[..], USD)],
+        Format::Csv | Format::Pc2 => {
+            vec![(&for_gltf[..], GLTF), (&for_both, "USD and glTF"), (&for_usd[..], USD)]
+        }
     };
     let mut given = of_others.iter().flat_map(|(options, of)| options.iter().map(move |option| (option, of)));
     match given.find(|((given, _), _)| *given) {

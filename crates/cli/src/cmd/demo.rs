@@ -158,7 +158,8 @@ fn animate(
     let job = args::Animate {
         reading: args::TakeReading::default(),
         rig: rig.to_owned(),
-        take: Some(dir.join("performance.csv")),
+        takes: vec![dir.join("performance.csv")],
+        onto: None,
         live: args::Listen::default(),
         output: dir.join(file),
         device: "auto".to_owned(),
@@ -189,12 +190,12 @@ fn animate(
     };
     let done = animate::animate(&job, ui)?;
     let mut made =
-        format!("{file}, {}, {}", human::counted(done.frames, "frame"), human::bytes(done.written.bytes));
+        format!("{file}, {}, {}", human::counted(done.frames(), "frame"), human::bytes(done.written.bytes));
     if range != FrameRange::default() {
         let first = range.start.unwrap_or(0);
         made += &format!(
             " (frames {first} to {} of {frames}: with all of them the file would exceed 1 GB)",
-            first + done.frames - 1
+            first + done.frames() - 1
         );
     }
     steps.add(&format!("animate on {}", done.device.id()), made, done.time);

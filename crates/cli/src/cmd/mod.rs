@@ -2,6 +2,7 @@
 
 mod animate;
 mod bench;
+mod clips;
 mod completions;
 mod conform;
 mod correct;

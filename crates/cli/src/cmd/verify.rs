@@ -1,5 +1,6 @@
 //! `rhytid verify`
 
+use super::animate::take_name;
 use crate::args::{ShapesChoice, TakeReading};
 use crate::progress::Ui;
 use crate::{args, exit_code, inputs, output};
@@ -23,10 +24,14 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid verify OUT --rig RIG --take TAKE")?;
     let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
-    let mut reader = animation::open_within(&args.file, args.elsewhere.reach())?;
+    let clip = args.clip.clone().unwrap_or_else(|| take_name(&args.take));
+    let mut reader = animation::open_clip(&args.file, args.elsewhere.reach(), Some(&clip))?;
     let in_file = |error: Error| error.in_file(&file);
     let fail = |what: String| Err(Error::mismatch(format!("{file}: {what}")));
     let summary = reader.summary().clone();
+    if args.clip.is_some() && summary.clips.is_empty() {
+        return fail("holds one take, so that --clip changes nothing; leave it out".into());
+    }
     let Some(stated) = &summary.recipe else {
         return fail("does not say how it was made; export it again with this program".into());
     };

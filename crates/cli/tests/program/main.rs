@@ -6,6 +6,7 @@ mod bench;
 mod budgets;
 mod channels;
 mod clients;
+mod clips;
 mod common;
 mod contact;
 mod curves;

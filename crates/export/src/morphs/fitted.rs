@@ -4,12 +4,14 @@
 use super::basis::Basis;
 use super::factors::{follow, project};
 use super::frames::{Attribute, Frames};
+use super::measure::Offs;
 use super::parts::{Moving, Part, for_each};
 use super::span::Span;
-use super::values::Fitted;
+use super::values::{Fitted, Off};
 use rhytid_core::Result;
 
-/// Fits attribute `extra` of all frames to the weights. Those of column k end at `tops[k]`.
+/// Fits attribute `extra` of all frames to the weights. Those of column k end at `tops[k]`. The second result
+/// has the errors of each clip.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
@@ -20,7 +22,7 @@ pub(super) fn fit(
     spans: &[Span],
     tops: &[f64],
     weights: &[f32],
-) -> Result<Fitted> {
+) -> Result<(Fitted, Vec<Off>)> {
     let (k, n) = (spans.len(), spans.len() + 1);
     let counted = frames.extras()[extra];
     let zero = vec![0.0; 3 * frames.vertices()];
@@ -36,7 +38,6 @@ pub(super) fn fit(
     };
     let targets: Vec<Vec<f32>> = (0..k).map(target).collect();
 
-    let f = frames.frames();
     let target = |k: usize, i: usize| f64::from(targets[k][i]);
     let moving = Moving { target, targets: k, weights };
     let look = |part: &Part<'_>| {
@@ -53,10 +54,9 @@ pub(super) fn fit(
         }
         (worst, sum)
     };
-    let (mut worst, mut sum) = (0.0_f64, 0.0);
-    for_each(frames, Attribute::Extra(extra), &moving, look, |part| {
-        worst = worst.max(part.0);
-        sum += part.1;
+    let mut offs = Offs::new(frames);
+    for_each(frames, Attribute::Extra(extra), &moving, look, |clip, (worst, sum)| {
+        offs.add(clip, worst, sum)
     })?;
-    Ok(Fitted { base, targets, worst: worst.sqrt(), rms: (sum / (f * frames.vertices()) as f64).sqrt() })
+    Ok((Fitted { base, targets }, offs.finish(frames)))
 }

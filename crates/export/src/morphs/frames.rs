@@ -34,6 +34,8 @@ pub struct Frames {
     extras: Vec<usize>,
     /// How many frames are in the file.
     all: usize,
+    /// The first frame of each clip but the first, in ascending order.
+    begins: Vec<usize>,
     /// The frames that are looked at, in ascending order; `None` for all.
     chosen: Option<Vec<usize>>,
     sketches: Sketches,
@@ -105,7 +107,37 @@ impl Frames {
     /// messages.
     pub fn new(spool: File, path: &Path, vertices: usize, normals: bool, extras: Vec<usize>) -> Self {
         let sketches = Sketches::default();
-        Self { spool, path: path.to_owned(), vertices, normals, extras, all: 0, chosen: None, sketches }
+        let path = path.to_owned();
+        Self { spool, path, vertices, normals, extras, all: 0, begins: Vec::new(), chosen: None, sketches }
+    }
+
+    /// The same, divided into clips of so many frames. Errors are measured for each clip.
+    #[must_use]
+    pub fn with_clips(mut self, clips: impl Iterator<Item = usize>) -> Self {
+        let ends = clips.scan(0, |end, frames| {
+            *end += frames;
+            Some(*end)
+        });
+        self.begins = ends.collect();
+        // The last one ends where no other begins.
+        self.begins.pop();
+        self
+    }
+
+    /// C, how many clips the frames are divided into; at least 1.
+    pub(super) fn clips(&self) -> usize {
+        self.begins.len() + 1
+    }
+
+    /// The clip of the frame that is counted as `frame` among those that are there.
+    pub(super) fn clip(&self, frame: usize) -> usize {
+        let number = self.number(frame);
+        self.begins.partition_point(|&begin| begin <= number)
+    }
+
+    /// The first frame of a clip, counted among all.
+    pub(super) fn begin(&self, clip: usize) -> usize {
+        clip.checked_sub(1).map_or(0, |further| self.begins[further])
     }
 
     /// Adds the next frame: `positions` in mesh units, V×3 and finite; `normals` of length 1 (or 0) and
@@ -218,11 +250,20 @@ impl Frames {
         self.spool.read_exact(bytemuck::cast_slice_mut(numbers)).map_err(Error::io(&self.path))
     }
 
-    /// The batches that the frames are read in.
+    /// The batches that the frames are read in. The frames of a batch belong to one clip.
     pub fn batches(&self) -> Vec<Range<usize>> {
         let size = (BLOCK_BYTES / (12 * self.vertices.max(1))).max(LEAST_BATCH);
         let frames = self.frames();
-        (0..frames).step_by(size).map(|first| first..frames.min(first + size)).collect()
+        let mut batches: Vec<Range<usize>> = Vec::new();
+        for frame in 0..frames {
+            match batches.last_mut() {
+                Some(last) if last.len() < size && self.clip(last.start) == self.clip(frame) => {
+                    last.end = frame + 1;
+                }
+                _ => batches.push(frame..frame + 1),
+            }
+        }
+        batches
     }
 
     /// Reads a batch: 3V numbers of each frame.

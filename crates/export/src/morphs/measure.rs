@@ -2,7 +2,7 @@
 
 use super::frames::{Attribute, Frames};
 use super::parts::{Moving, Part, for_each};
-use super::values::{NormalsOff, Values, Worst};
+use super::values::{Off, Values, Worst};
 use glam::DVec3;
 use rhytid_core::Result;
 
@@ -17,14 +17,21 @@ pub(super) struct Stored<'a> {
     pub weights: &'a [f32],
 }
 
-/// The worst error and the root of the mean squared error, over all vertices and frames. The worst error
-/// includes what float32 may add in any order of the sum: `(K + 6) 2⁻²⁴` times the sum of the sizes of its
-/// terms.
+/// The errors of a clip's positions.
+#[derive(Clone, Copy)]
+pub(super) struct Measured {
+    pub worst: Worst,
+    /// The root of the mean squared error over all vertices and frames.
+    pub rms: f64,
+}
+
+/// The errors of each clip. The worst error includes what float32 may add in any order of the sum:
+/// `(K + 6) 2⁻²⁴` times the sum of the sizes of its terms.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
-pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst, f64)> {
-    let (f, k) = (frames.frames(), stored.targets.len());
+pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<Vec<Measured>> {
+    let k = stored.targets.len();
     let scale = f64::from(stored.scale);
     let rounding = (k + 6) as f64 * f64::from(f32::EPSILON) / 2.0;
     let shift = DVec3::from(stored.translation.map(f64::from));
@@ -53,15 +60,59 @@ pub(super) fn measure(frames: &mut Frames, stored: &Stored<'_>) -> Result<(Worst
         }
         (worst, sum)
     };
-    let mut worst = Worst { error: -1.0, frame: 0, vertex: 0 };
-    let mut sum = 0.0;
-    for_each(frames, Attribute::Positions, &moving, look, |part| {
-        sum += part.1;
-        if part.0.error > worst.error {
-            worst = part.0;
+    let none = Measured { worst: Worst { error: -1.0, frame: 0, vertex: 0 }, rms: 0.0 };
+    let mut clips = vec![none; frames.clips()];
+    let mut sums = vec![0.0; clips.len()];
+    for_each(frames, Attribute::Positions, &moving, look, |clip, (worst, sum)| {
+        sums[clip] += sum;
+        if worst.error > clips[clip].worst.error {
+            clips[clip].worst = worst;
         }
     })?;
-    Ok((worst, (sum / (f * frames.vertices()) as f64).sqrt()))
+    let counts = values_of_clips(frames);
+    for (clip, measured) in clips.iter_mut().enumerate() {
+        measured.rms = (sums[clip] / counts[clip]).sqrt();
+        measured.worst.frame = measured.worst.frame.saturating_sub(frames.begin(clip));
+    }
+    Ok(clips)
+}
+
+/// The largest error of all clips.
+pub(super) fn largest(clips: &[Measured]) -> f64 {
+    clips.iter().map(|clip| clip.worst.error).fold(-1.0, f64::max)
+}
+
+/// For each clip, how many pairs of a vertex and a frame it has; at least 1.
+fn values_of_clips(frames: &Frames) -> Vec<f64> {
+    let mut counts = vec![0; frames.clips()];
+    (0..frames.frames()).for_each(|frame| counts[frames.clip(frame)] += frames.vertices());
+    counts.into_iter().map(|count| count.max(1) as f64).collect()
+}
+
+/// Collects the errors of an attribute, clip by clip.
+pub(super) struct Offs {
+    worst: Vec<f64>,
+    sums: Vec<f64>,
+}
+
+impl Offs {
+    pub(super) fn new(frames: &Frames) -> Self {
+        Self { worst: vec![0.0; frames.clips()], sums: vec![0.0; frames.clips()] }
+    }
+
+    /// Adds the largest square and the sum of all squares of a part of a clip.
+    pub(super) fn add(&mut self, clip: usize, largest: f64, sum: f64) {
+        self.worst[clip] = self.worst[clip].max(largest);
+        self.sums[clip] += sum;
+    }
+
+    /// The errors of each clip.
+    pub(super) fn finish(self, frames: &Frames) -> Vec<Off> {
+        let counts = values_of_clips(frames);
+        let of_clip =
+            |((worst, sum), count): ((f64, f64), f64)| Off { worst: worst.sqrt(), rms: (sum / count).sqrt() };
+        self.worst.into_iter().zip(self.sums).zip(counts).map(of_clip).collect()
+    }
 }
 
 /// A vertex of the base mesh in mesh units, and what float32 may add to its error.
@@ -70,8 +121,7 @@ struct Place {
     noise: f64,
 }
 
-/// The largest difference of a unit normal from the one that came in, as a length, and the root of the mean
-/// of its square, over all vertices and frames.
+/// How far the unit normals of each clip are from those that came in.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
@@ -80,8 +130,7 @@ pub(super) fn measure_normals(
     base: &Values,
     targets: &[&Values],
     weights: &[f32],
-) -> Result<NormalsOff> {
-    let f = frames.frames();
+) -> Result<Vec<Off>> {
     let target = |k: usize, i: usize| targets[k].get(i);
     let moving = Moving { target, targets: targets.len(), weights };
     let look = |part: &Part<'_>| {
@@ -99,10 +148,7 @@ pub(super) fn measure_normals(
         }
         (worst, sum)
     };
-    let (mut worst, mut sum) = (0.0_f64, 0.0);
-    for_each(frames, Attribute::Normals, &moving, look, |part| {
-        worst = worst.max(part.0);
-        sum += part.1;
-    })?;
-    Ok(NormalsOff { worst: worst.sqrt(), rms: (sum / (f * frames.vertices()) as f64).sqrt() })
+    let mut offs = Offs::new(frames);
+    for_each(frames, Attribute::Normals, &moving, look, |clip, (worst, sum)| offs.add(clip, worst, sum))?;
+    Ok(offs.finish(frames))
 }

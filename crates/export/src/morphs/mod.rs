@@ -22,9 +22,13 @@
 //! - `basis` turns the result so that rounding does the least harm.
 //! - `rounding` makes the numbers of the file.
 //! - `measure` gives their distance from the frames that came in, in `parts`.
+//!
+//! [`Frames::onto`] looks for weights alone: `onto` fits the frames to shapes that are given, with the
+//! `bounded` least squares.
 
 mod active;
 mod basis;
+mod bounded;
 mod factors;
 mod fit;
 mod fitted;
@@ -33,6 +37,7 @@ mod linear;
 mod long;
 mod measure;
 mod normals;
+mod onto;
 mod parts;
 mod rounding;
 mod search;
@@ -46,7 +51,7 @@ mod weights;
 
 pub use frames::Frames;
 pub use settings::Settings;
-pub use values::{Morphs, NormalsOff, Target, Values};
+pub use values::{ClipErrors, Morphs, Off, Target, Values};
 
 use rhytid_core::{Error, Progress, Remedy, Result};
 
@@ -88,10 +93,10 @@ impl Frames {
             let basis = basis::turn(found.fit, &found.weights)?;
             let morphs =
                 rounding::round(&mut self, &found.center, &found.chosen, &basis, settings, progress)?;
-            if morphs.worst.error <= settings.max_error {
+            if morphs.worst() <= settings.max_error {
                 return Ok(morphs);
             }
-            bound -= 1.2 * (morphs.worst.error - settings.max_error);
+            bound -= 1.2 * (morphs.worst() - settings.max_error);
             if bound < 0.25 * share * settings.max_error {
                 break;
             }
@@ -103,7 +108,7 @@ impl Frames {
         let gram = self.gram(progress)?;
         let q = linear::principal(&gram.matrix)?.vectors;
         let basis = basis::turn(factors::Fit::on(&mut self, &gram, q.clone())?, &q)?;
-        let finest = rounding::round(&mut self, &gram.center, &all, &basis, settings, progress)?.worst.error;
+        let finest = rounding::round(&mut self, &gram.center, &all, &basis, settings, progress)?.worst();
         Err(too_fine(&path, settings, 2.0 * finest))
     }
 }
@@ -138,7 +143,7 @@ fn too_many(path: &str, settings: &Settings) -> Error {
         "{path}: more than {most} morph targets are needed to keep every vertex within {:.3e} mesh units, and \
          {most} is the most allowed: raise the largest error, export fewer frames, write USD, or lift the limit",
         settings.max_error
-    )).with_remedies(&[Remedy::LargerError, Remedy::Force])
+    )).with_remedies(&[Remedy::LargerError, Remedy::MostTargets, Remedy::Force])
 }
 
 fn too_fine(path: &str, settings: &Settings, expected: f64) -> Error {

@@ -44,7 +44,8 @@ impl Part<'_> {
     }
 }
 
-/// Calls `look` for all parts and `add` for the results, in a fixed order.
+/// Calls `look` for all parts and `add` for the results, in a fixed order. A part is of one clip, which `add`
+/// is told with the result.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Io`].
@@ -53,7 +54,7 @@ pub(super) fn for_each<T, R>(
     attribute: Attribute,
     moving: &Moving<'_, T>,
     look: impl Fn(&Part<'_>) -> R + Sync,
-    mut add: impl FnMut(R),
+    mut add: impl FnMut(usize, R),
 ) -> Result<()>
 where
     T: Fn(usize, usize) -> f64 + Sync,
@@ -85,7 +86,8 @@ where
         };
         let tasks = count.div_ceil(TASK);
         let results: Vec<R> = (0..tasks).into_par_iter().map(look_at).collect();
-        results.into_iter().for_each(&mut add);
+        let clip = frames.clip(range.start);
+        results.into_iter().for_each(|result| add(clip, result));
     }
     Ok(())
 }

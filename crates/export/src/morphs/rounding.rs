@@ -9,11 +9,11 @@
 use super::basis::Basis;
 use super::fitted;
 use super::frames::Frames;
-use super::measure::{Stored, measure, measure_normals};
+use super::measure::{Measured, Stored, largest, measure, measure_normals};
 use super::normals::Normals;
 use super::settings::Settings;
 use super::span::{Span, spans};
-use super::values::{Morphs, Target, Values, Worst, to_i8, to_i16};
+use super::values::{ClipErrors, Morphs, Target, Values, to_i8, to_i16};
 use rayon::prelude::*;
 use rhytid_core::{Progress, Result};
 
@@ -68,7 +68,7 @@ pub(super) fn round(
     let tries = if settings.quantize { STEPS } else { 1 };
     let mut size = FIRST_STEP * settings.max_error;
     let mut done = 0;
-    let (positions, weights, worst, rms) = loop {
+    let (positions, weights, measured) = loop {
         progress.step(NAME, done as u64, tries as u64)?;
         let positions = if settings.quantize {
             integers(center, basis, &spans, size, settings.max_error, normals.as_ref())
@@ -83,16 +83,16 @@ pub(super) fn round(
             let k = targets.len();
             let some: Vec<f32> = hardest.iter().flat_map(|&i| &weights[i * k..][..k]).copied().collect();
             frames.choose(hardest.to_vec());
-            let worst = measure(frames, &Stored { weights: &some, ..stored })?.0;
+            let worst = largest(&measure(frames, &Stored { weights: &some, ..stored })?);
             frames.choose_all();
-            if worst.error > settings.max_error {
+            if worst > settings.max_error {
                 size *= FINER;
                 continue;
             }
         }
-        let (worst, rms): (Worst, f64) = measure(frames, &stored)?;
-        if worst.error <= settings.max_error || done == tries {
-            break (positions, weights, worst, rms);
+        let measured = measure(frames, &stored)?;
+        if largest(&measured) <= settings.max_error || done == tries {
+            break (positions, weights, measured);
         }
         size *= FINER;
     };
@@ -100,8 +100,9 @@ pub(super) fn round(
     let Positions { scale, translation, base, targets, tops } = positions;
     let extras = 0..frames.extras().len();
     let extras = extras.map(|extra| fitted::fit(frames, extra, basis, &spans, &tops, &weights));
-    let extras = extras.collect::<Result<_>>()?;
+    let (extras, extras_off): (Vec<_>, Vec<_>) = extras.collect::<Result<Vec<_>>>()?.into_iter().unzip();
     let targets = targets.into_iter().enumerate().map(|(k, positions)| Target {
+        name: format!("shape {:02}", k + 1),
         positions,
         normals: normals.as_ref().map(|normals| normals.target(k, tops[k], settings.quantize)),
     });
@@ -114,7 +115,14 @@ pub(super) fn round(
         }
         None => None,
     };
-    Ok(Morphs { scale, translation, base, base_normals, targets, weights, worst, extras, normals_off, rms })
+    let of_clip = |(clip, measured): (usize, &Measured)| ClipErrors {
+        worst: measured.worst,
+        rms: measured.rms,
+        extras: extras_off.iter().map(|of_extra| of_extra[clip]).collect(),
+        normals: normals_off.as_ref().map(|of_normals| of_normals[clip]),
+    };
+    let clips = measured.iter().enumerate().map(of_clip).collect();
+    Ok(Morphs { scale, translation, base, base_normals, targets, weights, extras, clips })
 }
 
 /// The weights, frames × K; those of column k run from 0 to `tops[k]`.

@@ -1,5 +1,7 @@
 //! The numbers of the file: the result of a compression.
 
+use crate::Deviation;
+
 /// Numbers of a vertex attribute, V×3, as an accessor holds them. Elements of integers are to be padded to
 /// four bytes in the file.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,6 +38,8 @@ pub(super) fn to_i8(x: f64) -> i8 {
 /// One morph target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Target {
+    /// Any text, different from the other targets' names.
+    pub name: String,
     /// Offsets of the positions, in units of the node's scale.
     pub positions: Values,
     /// Offsets of the normals, where the frames had normals.
@@ -47,30 +51,48 @@ pub struct Target {
 pub struct Worst {
     /// In mesh units; an upper bound for a reader that computes in float32.
     pub error: f64,
-    /// Counted from 0.
+    /// Counted from 0 in its clip.
     pub frame: usize,
     /// Counted from 0.
     pub vertex: usize,
 }
 
-/// V × 3 numbers of the base mesh and of each target, and how far they are from those that came in.
+/// V × 3 numbers of the base mesh and of each target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fitted {
     pub base: Vec<f32>,
     pub targets: Vec<Vec<f32>>,
-    /// The largest difference at a vertex in a frame, as the length over the components that count.
+}
+
+/// How far an attribute is from what came in: unit normals, or another attribute over the components that
+/// count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Off {
+    /// The largest difference at a vertex in a frame, as a length.
     pub worst: f64,
     /// The root of the mean of its square.
     pub rms: f64,
 }
 
-/// How far unit normals are from those that came in.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NormalsOff {
-    /// The largest difference at a vertex in a frame, as a length.
-    pub worst: f64,
-    /// The root of the mean of its square.
+/// How far the frames of a clip are from those that came in.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ClipErrors {
+    /// The largest error of a vertex in a frame.
+    pub worst: Worst,
+    /// The root of the mean squared distance over all vertices and frames, in mesh units.
     pub rms: f64,
+    /// The errors of the other attributes, in their order.
+    pub extras: Vec<Off>,
+    /// The error of the unit normals, if there are some.
+    pub normals: Option<Off>,
+}
+
+impl ClipErrors {
+    /// The deviation of the positions.
+    pub fn deviation(&self) -> Deviation {
+        let Worst { error, frame, vertex } = self.worst;
+        Deviation { worst: error, at: (frame, vertex), rms: self.rms }
+    }
 }
 
 /// A base mesh, targets and weights; the module above has the equation.
@@ -88,12 +110,15 @@ pub struct Morphs {
     pub targets: Vec<Target>,
     /// Frames × K, each within 0 and 1.
     pub weights: Vec<f32>,
-    /// The largest error of a vertex in a frame.
-    pub worst: Worst,
     /// The other attributes of the frames, in their order.
     pub extras: Vec<Fitted>,
-    /// How far the unit normals are from those that came in, if there are some.
-    pub normals_off: Option<NormalsOff>,
-    /// The root of the mean squared distance over all vertices and frames, in mesh units.
-    pub rms: f64,
+    /// The errors of each clip, at least one.
+    pub clips: Vec<ClipErrors>,
+}
+
+impl Morphs {
+    /// The largest error of a vertex in a frame of any clip, in mesh units.
+    pub fn worst(&self) -> f64 {
+        self.clips.iter().map(|clip| clip.worst.error).fold(0.0, f64::max)
+    }
 }

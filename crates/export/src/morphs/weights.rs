@@ -356,7 +356,7 @@ fn step(rows: &[f64], excess: &[f64], weights: &mut [f64]) {
 }
 
 /// The solution of a positive definite system, by Cholesky's method.
-fn solve(mut l: Mat<f64>, mut x: Vec<f64>) -> Vec<f64> {
+pub(super) fn solve(mut l: Mat<f64>, mut x: Vec<f64>) -> Vec<f64> {
     let n = x.len();
     for j in 0..n {
         for k in 0..j {

@@ -21,7 +21,7 @@ impl Checked {
     pub(super) fn new(exporter: Box<dyn Exporter>, path: &Path, scene: &Scene<'_>) -> Self {
         let channels = std::iter::once(&channel::POSITIONS).chain(scene.channels);
         let channels = channels.map(|channel| (channel.clone(), scene.numbers(channel))).collect();
-        Self { exporter, path: path.to_owned(), channels, frames: scene.frames, done: 0 }
+        Self { exporter, path: path.to_owned(), channels, frames: scene.all_frames(), done: 0 }
     }
 
     fn fault(&self, frame: &Frame<'_>) -> Option<String> {

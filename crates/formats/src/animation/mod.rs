@@ -18,6 +18,7 @@
 //! `docs/export.md` says what each format holds and how to open it.
 
 mod checked;
+mod weight_table;
 
 use crate::pc2::PointCache;
 use checked::Checked;
@@ -29,6 +30,7 @@ use rhytid_gltf::Attribute;
 use rhytid_gltf::write::{self as gltf, Kind};
 use rhytid_usd::{read, write as usd};
 use std::path::Path;
+use weight_table::WeightTable;
 
 /// The formats that animations are in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,6 +47,8 @@ pub enum Format {
     Gltf,
     /// A point cache, `.pc2`: positions alone, for a mesh that the other program already has.
     Pc2,
+    /// A table of curves, `.csv`: the weights of given shapes.
+    Csv,
 }
 
 impl Format {
@@ -64,9 +68,10 @@ impl Format {
             "glb" => Ok(Self::Glb),
             "gltf" => Ok(Self::Gltf),
             "pc2" => Ok(Self::Pc2),
+            "csv" => Ok(Self::Csv),
             _ => Err(Error::unsupported_format(format!(
-                "{}: animation is written as .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2, found the extension \
-                 “{extension}”",
+                "{}: animation is written as .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2, and weights of given \
+                 shapes as .csv, found the extension “{extension}”",
                 path.display()
             ))),
         }
@@ -79,7 +84,7 @@ impl Format {
         match self {
             Self::Usdc | Self::Usda | Self::Usdz => true,
             Self::Glb | Self::Gltf => rhytid_gltf::carries(kind),
-            Self::Pc2 => false,
+            Self::Pc2 | Self::Csv => false,
         }
     }
 
@@ -97,7 +102,7 @@ impl Format {
                 channels.iter().filter(is_normals).cloned().chain(others).collect()
             }
             Self::Usdc | Self::Usda | Self::Usdz => channels.iter().filter(is_normals).cloned().collect(),
-            Self::Pc2 => Vec::new(),
+            Self::Pc2 | Self::Csv => Vec::new(),
         }
     }
 }
@@ -113,7 +118,7 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
     scene.check()?;
     let has_place = |channel: &&Channel| match channel.kind {
         Some(kind) => format.carries(kind),
-        None => format != Format::Pc2,
+        None => !matches!(format, Format::Pc2 | Format::Csv),
     };
     if let Some(channel) = scene.channels.iter().find(|channel| !has_place(channel)) {
         return Err(Error::unsupported_format(format!(
@@ -122,6 +127,7 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
             channel.words
         )));
     }
+    check_clips(path, scene.clips().len(), options)?;
     let exporter: Box<dyn Exporter> = match format {
         Format::Usdc => create_usd(path, usd::Encoding::Crate, scene, options)?,
         Format::Usda => create_usd(path, usd::Encoding::Text, scene, options)?,
@@ -129,8 +135,34 @@ pub fn create(path: &Path, scene: &Scene<'_>, options: &Options) -> Result<Box<d
         Format::Glb => gltf::create(path, Kind::Glb, scene, options)?,
         Format::Gltf => gltf::create(path, Kind::Gltf, scene, options)?,
         Format::Pc2 => Box::new(PointCache::create(path, scene)?),
+        Format::Csv => Box::new(WeightTable::create(path, scene, options)?),
     };
     Ok(Box::new(Checked::new(exporter, path, scene)))
+}
+
+/// Whether a file at `path` may hold `clips` clips, before there are frames. Several clips share shapes: what
+/// moves without shapes has one clip.
+///
+/// # Errors
+/// [`Error::Input`] if the extension is not of a known [`Format`], or the format has no place for the clips.
+pub fn check_clips(path: &Path, clips: usize, options: &Options) -> Result<()> {
+    let fits = match Format::from_extension(path)? {
+        Format::Pc2 | Format::Csv => false,
+        Format::Glb | Format::Gltf => {
+            options.max_error.is_some() || options.shapes.is_some() || options.onto.is_some()
+        }
+        Format::Usdc | Format::Usda | Format::Usdz => options.shapes.is_some() || options.onto.is_some(),
+    };
+    if clips <= 1 || fits {
+        return Ok(());
+    }
+    let what = match Format::from_extension(path)? {
+        Format::Pc2 => "a point cache holds one take; write .usd or .glb with few shapes for all takes",
+        Format::Csv => "a table of weights holds one take; write .usd or .glb with few shapes for all takes",
+        _ => "holds one take where each frame is exact; write few shapes for all takes",
+    };
+    let sentence = format!("{}: {what}, or write the takes one by one", path.display());
+    Err(Error::conflict(sentence).with_remedies(&[Remedy::FewShapes]))
 }
 
 fn create_usd(
@@ -140,15 +172,16 @@ fn create_usd(
     options: &Options,
 ) -> Result<Box<dyn Exporter>> {
     check_mesh_name(path, options)?;
-    if options.over && options.shapes.is_some() {
+    let goal = usd::Goal::of(options);
+    if options.over && goal.is_some() {
         return Err(Error::conflict(format!(
             "{}: a layer over another has samples alone, and shapes with curves are more; leave one out",
             path.display()
         ))
         .with_remedies(&[Remedy::NoShapes]));
     }
-    Ok(match options.shapes {
-        Some(shapes) => Box::new(usd::Baked::create(path, encoding, scene, shapes, options)?),
+    Ok(match goal {
+        Some(goal) => Box::new(usd::Baked::create(path, encoding, scene, options, goal)?),
         None => Box::new(usd::Face::create(path, encoding, scene, options)?),
     })
 }
@@ -172,12 +205,13 @@ pub fn check_shapes(path: &Path, count: usize, options: &Options) -> Result<()> 
     match Format::from_extension(path)? {
         Format::Usdc | Format::Usda | Format::Usdz => check_mesh_name(path, options),
         Format::Glb | Format::Gltf => gltf::check_count(path, count, options),
-        Format::Pc2 => Err(without_shapes(path)),
+        Format::Pc2 => Err(without_shapes(path, "a point cache")),
+        Format::Csv => Err(without_shapes(path, "a table")),
     }
 }
 
-fn without_shapes(path: &Path) -> Error {
-    Error::unsupported_format(format!("{}: a point cache has no sliders; write .usd or .glb", path.display()))
+fn without_shapes(path: &Path, what: &str) -> Error {
+    Error::unsupported_format(format!("{}: {what} has no sliders; write .usd or .glb", path.display()))
 }
 
 /// Writes a mesh with shapes to `path`, in the format of its extension. Nothing is written if it fails.
@@ -196,7 +230,7 @@ pub fn write_shapes(
     let usd = |encoding| {
         check_mesh_name(path, options)?;
         let bytes = usd::write_shapes(path, encoding, shapes, options)?;
-        Ok(Written { bytes, targets: Some(shapes.shapes.len()), error: None })
+        Ok(Written { bytes, targets: Some(shapes.shapes.len()), errors: Vec::new() })
     };
     match format {
         Format::Usdc => usd(usd::Encoding::Crate),
@@ -204,12 +238,13 @@ pub fn write_shapes(
         Format::Usdz => usd(usd::Encoding::Package),
         Format::Glb => gltf::write_shapes(path, Kind::Glb, shapes, options, progress),
         Format::Gltf => gltf::write_shapes(path, Kind::Gltf, shapes, options, progress),
-        Format::Pc2 => Err(without_shapes(path)),
+        Format::Pc2 => Err(without_shapes(path, "a point cache")),
+        Format::Csv => Err(without_shapes(path, "a table")),
     }
 }
 
 /// Opens the animation in the format of the extension of `path`. If the file was stitched, its parts have to
-/// be below its folder.
+/// be below its folder. Of several clips, it is the first.
 ///
 /// # Errors
 /// [`Error::Input`] if the extension is of no known format, the file is damaged, or it holds anything but one
@@ -223,9 +258,21 @@ pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
 /// # Errors
 /// As [`open`].
 pub fn open_within(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
+    open_clip(path, reach, None)
+}
+
+/// As [`open_within`]; of several clips the one called `clip`.
+///
+/// # Errors
+/// As [`open`], and [`Error::Input`] if there is no such clip.
+pub fn open_clip(path: &Path, reach: Reach, clip: Option<&str>) -> Result<Box<dyn AnimationReader>> {
     match Format::from_extension(path)? {
-        Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach),
-        Format::Glb | Format::Gltf => rhytid_gltf::read::open(path),
+        Format::Usdc | Format::Usda | Format::Usdz => read::open_animation(path, reach, clip),
+        Format::Glb | Format::Gltf => rhytid_gltf::read::open(path, clip),
+        Format::Csv => Err(Error::unsupported_format(format!(
+            "{}: animation is read from .usd, .usdc, .usda, .usdz, .glb or .gltf, found the extension “csv”",
+            path.display()
+        ))),
         Format::Pc2 => Err(Error::unsupported_format(format!(
             "{}: is a point cache, which holds points alone, without faces, unit, frame rate or recipe, and \
              cannot be read; give a .usd of the same take",

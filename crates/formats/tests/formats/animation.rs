@@ -3,8 +3,8 @@ use rhytid_core::channel::{self, Channel};
 use rhytid_core::{ChannelKind, Faces, Materials, NoProgress, Result, RigidMotion, UpAxis, Uvs};
 use rhytid_formats::animation;
 use rhytid_formats::export::{
-    ChannelChoice, Frame, Gains, HeadMotion, Options, OutputStage, Recipe, Scene, StatedRecipe, Treatment,
-    Written,
+    ChannelChoice, Clip, Frame, Gains, HeadMotion, Options, OutputStage, Recipe, Scene, StatedRecipe,
+    Treatment, Written,
 };
 use rhytid_formats::take::Missing;
 use std::path::Path;
@@ -86,6 +86,7 @@ impl Animation {
             rate: self.rate,
             first_time_code: self.first_time_code,
             recipe: &self.recipe,
+            further: &[],
         }
     }
 
@@ -110,6 +111,25 @@ impl Animation {
         }
         exporter.finish(&NoProgress)
     }
+}
+
+/// Exports takes of one mesh, each as a clip of its own.
+pub(crate) fn export_clips(takes: &[Animation], path: &Path, options: &Options) -> Result<Written> {
+    let clips = takes[1..].iter().map(|take| Clip {
+        head: take.head.as_deref(),
+        frames: take.frames.len(),
+        rate: take.rate,
+        first_time_code: take.first_time_code,
+        recipe: &take.recipe,
+    });
+    let clips: Vec<Clip<'_>> = clips.collect();
+    let mut exporter = animation::create(path, &Scene { further: &clips, ..takes[0].scene() }, options)?;
+    for take in takes {
+        for i in 0..take.frames.len() {
+            exporter.frame(&take.frame(i))?;
+        }
+    }
+    exporter.finish(&NoProgress)
 }
 
 /// How texture coordinates are given.

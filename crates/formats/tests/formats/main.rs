@@ -2,6 +2,7 @@
 //! from `cargo xtask setup`.
 
 mod animation;
+mod clips;
 mod cut_while_read;
 mod edits;
 mod export;

@@ -13,7 +13,7 @@ fn a_point_cache_has_every_bit_of_the_positions() {
         Animation { first_time_code: 101.0, ..with_everything(UvKind::PerCorner, 6, 3).for_file(&path) };
     let written = made.export(&path).unwrap();
     let bytes = std::fs::read(&path).unwrap();
-    assert_eq!((written.bytes, written.error), (bytes.len() as u64, None));
+    assert_eq!((written.bytes, written.errors), (bytes.len() as u64, Vec::new()));
     let (header, points) = bytes.split_at(32);
     assert_eq!(&header[..12], b"POINTCACHE2\0");
     let four = |at: usize| <[u8; 4]>::try_from(&header[at..at + 4]).unwrap();

@@ -97,6 +97,7 @@ fn frames_are_the_same_whatever_they_are_kept_in() {
             rate: 24.0,
             first_time_code: 0.0,
             recipe: &recipe,
+            further: &[],
         };
         let mut exporter = animation::create(&at(name), &scene, &Default::default()).unwrap();
         for i in 0..3 {

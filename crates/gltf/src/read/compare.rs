@@ -3,9 +3,11 @@
 //!
 //! The expected JSON is the file's own, with everything in it that the scene decides.
 
+use super::AtRest;
 use super::arrays::Arrays;
 use super::layout::{Layout, Originals};
 use crate::attributes::{self, Accessors, Extras};
+use crate::node::local_transform;
 use crate::write::{About, Looks, Placement, Surface, extensions, head_node, placed};
 use ::gltf::json::accessor::{Accessor, ComponentType};
 use ::gltf::json::mesh::{Mesh, MorphTarget, Primitive, Semantic};
@@ -18,7 +20,10 @@ use serde_json::Value;
 /// Texture coordinates of 16 bits are rounded by half of this, twice.
 const OF_UVS: f64 = 1.0 / 65_535.0;
 
-/// The keys of a scene's extras.
+/// Rounding of the head's matrix to 32 bits, in metres or of a rotation.
+const HEAD_ROUNDING: f64 = 1e-5;
+
+/// The keys of a scene's extras, and of a clip's.
 const EXTRAS: [&str; 13] = [
     "vertices",
     "copies",
@@ -36,30 +41,34 @@ const EXTRAS: [&str; 13] = [
 ];
 
 /// `json` is the text of the file's JSON, and `targets` are the accessors of its targets' own attributes.
-/// `first` are the weights of the first frame, if there are targets: the mesh has them, too.
+/// `at_rest` is what the mesh and the head's node show where nothing is played.
 pub(super) fn differences(
     arrays: &mut Arrays,
     json: &[u8],
     targets: &[Accessors],
     layout: &Layout,
-    first: Option<Vec<f32>>,
+    at_rest: &AtRest,
     scene: &Scene<'_>,
 ) -> Result<Vec<String>> {
     let broken = |e: serde_json::Error| Error::Internal(format!("JSON that was read before: {e}"));
     let found: Value = serde_json::from_slice(json).map_err(broken)?;
     let surface = expected_surface(&arrays.root, scene);
     let looks = Looks::new(scene, &surface, !arrays.root.images.is_empty());
-    let mut expected = serde_json::to_value(expected(&arrays.root, first, scene, &looks)?).map_err(broken)?;
+    let mut expected =
+        serde_json::to_value(expected(&arrays.root, layout, at_rest, scene, &looks)?).map_err(broken)?;
     let own = |target: &Accessors| -> Extras {
         target.iter().map(|(name, accessor)| (name.clone(), *accessor as u32)).collect()
     };
     attributes::add_to_targets(&mut expected, &targets.iter().map(own).collect::<Vec<_>>());
     let mut differences = Vec::new();
     compare("", &found, &expected, &mut differences);
-    if let Some(Value::Object(extras)) = found.pointer("/scenes/0/extras") {
+    let of_clips = (0..layout.clips.len()).map(|clip| format!("animations/{clip}/extras"));
+    for place in std::iter::once("scenes/0/extras".to_owned()).chain(of_clips) {
+        let Some(Value::Object(extras)) = found.pointer(&format!("/{place}")) else { continue };
         let unknown = extras.keys().filter(|key| !EXTRAS.contains(&key.as_str()));
-        differences.extend(unknown.map(|key| format!("scenes/0/extras/{key}: is there, expected none")));
+        differences.extend(unknown.map(|key| format!("{place}/{key}: is there, expected none")));
     }
+    head_at_rest(&arrays.root, layout, at_rest, &mut differences);
     triangles_and_uvs(arrays, layout, &surface, &mut differences)?;
     images(arrays, &looks, &mut differences)?;
     bounds(arrays, layout, &mut differences)?;
@@ -68,7 +77,14 @@ pub(super) fn differences(
 }
 
 /// The file's document, with everything that the scene decides.
-fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>, looks: &Looks) -> Result<Root> {
+fn expected(
+    found: &Root,
+    layout: &Layout,
+    at_rest: &AtRest,
+    scene: &Scene<'_>,
+    looks: &Looks,
+) -> Result<Root> {
+    let are_several = !layout.clips.is_empty();
     let about = About::new(scene);
     let is_integer = |accessor: Index<Accessor>| {
         let accessor = found.accessors.get(accessor.value()).map(|accessor| accessor.component_type);
@@ -90,7 +106,15 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>, looks: &Lo
     };
     let extensions = extensions(is_quantized, found.buffer_views.iter().any(has_views));
     let mut nodes = vec![mesh_node(found.nodes.first(), is_quantized, &about, scene)];
-    if let Some(head) = scene.head {
+    if are_several && layout.head.is_some() {
+        // Where nothing is played, the head is where another clip may have it.
+        let node = found.nodes.get(1);
+        nodes.push(Node {
+            rotation: node.and_then(|node| node.rotation),
+            translation: node.and_then(|node| node.translation),
+            ..head_node(&[], scene.name, scene.metres_per_unit, scene.up_axis, Index::new(0))
+        });
+    } else if let Some(head) = scene.head {
         nodes.push(head_node(head, scene.name, scene.metres_per_unit, scene.up_axis, Index::new(0)));
     }
     let root = Index::new(nodes.len() as u32 - 1);
@@ -126,9 +150,12 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>, looks: &Lo
         }));
     }
     let mut animations = found.animations.clone();
-    animations.truncate(1);
+    if !are_several {
+        animations.truncate(1);
+    }
     for animation in &mut animations {
-        (animation.extensions, animation.extras) = (None, None);
+        animation.extensions = None;
+        animation.extras = animation.extras.take().filter(|_| are_several);
         animation.channels.iter_mut().for_each(|channel| {
             (channel.extensions, channel.extras) = (None, None);
             (channel.target.extensions, channel.target.extras) = (None, None);
@@ -153,7 +180,7 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>, looks: &Lo
             extras: mesh.and_then(|mesh| mesh.extras.clone()),
             name: Some(scene.name.to_owned()),
             primitives,
-            weights: first,
+            weights: Some(at_rest.weights.clone()).filter(|weights| !weights.is_empty()),
         }],
         materials: looks.materials()?,
         textures: looks.textures(),
@@ -166,6 +193,15 @@ fn expected(found: &Root, first: Option<Vec<f32>>, scene: &Scene<'_>, looks: &Lo
         extensions_required: extensions,
         ..Root::default()
     })
+}
+
+/// The head's node among several clips, where nothing is played: it is as in the first frame of the first
+/// clip.
+fn head_at_rest(root: &Root, layout: &Layout, at_rest: &AtRest, differences: &mut Vec<String>) {
+    let (Some(expected), Some(node)) = (at_rest.head, root.nodes.get(1)) else { return };
+    if !layout.clips.is_empty() && !local_transform(node).abs_diff_eq(expected, HEAD_ROUNDING) {
+        differences.push("nodes/1: is not as in the first frame of the first clip".into());
+    }
 }
 
 /// The surface that an export writes: a part for each material, or a single one if the file has one.

@@ -4,7 +4,7 @@ use super::super::attributes::{self, Accessors, Attribute, Stated};
 use super::super::meshopt;
 use super::super::node::local_transform;
 use ::gltf::json::Root;
-use ::gltf::json::animation::{Interpolation, Property};
+use ::gltf::json::animation::{Animation, Interpolation, Property};
 use ::gltf::json::mesh::{Mode, Primitive, Semantic};
 use ::gltf::json::validation::Checked::Valid;
 use glam::{DMat4, DVec3};
@@ -12,6 +12,7 @@ use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, InputErrorKind, Result, UpAxis};
 use rhytid_export::{Deviation, StatedError, StatedRecipe};
 use serde::Deserialize;
+use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_PI_2;
 
@@ -51,6 +52,8 @@ pub(super) struct Layout {
     pub stated_error: Option<Deviation>,
     pub stated_errors: Vec<StatedError>,
     pub recipe: Option<StatedRecipe>,
+    /// The names of the clips, if there are several.
+    pub clips: Vec<String>,
 }
 
 /// The vertices that are no copies, and those that copies copy.
@@ -87,6 +90,13 @@ struct Extras {
     attributes: BTreeMap<String, Vec<Stated>>,
     #[serde(default)]
     attribute_errors: BTreeMap<String, Off>,
+}
+
+/// The part of a clip's extras that says how it was made.
+#[derive(Deserialize)]
+struct Made {
+    #[serde(default)]
+    rhytid: Option<StatedRecipe>,
 }
 
 /// How far an attribute is from what was exported.
@@ -144,11 +154,23 @@ impl Faults<'_> {
 }
 
 impl Extras {
-    /// Those of a scene, whose numbers are in their range.
-    fn read(scene: &::gltf::json::Scene, faults: Faults<'_>) -> Result<Self> {
+    /// Those of a scene with those of its clip, if that is one of several. Their numbers are in their range.
+    fn read(scene: &::gltf::json::Scene, clip: Option<&Animation>, faults: Faults<'_>) -> Result<Self> {
+        let unread = |e: serde_json::Error| {
+            faults.of_others(&format!("has data about its frames that cannot be read ({e})"))
+        };
         let extras = scene.extras.as_ref().ok_or(faults.of_others("has no data about its frames"))?;
-        let extras: Self = serde_json::from_str(extras.get())
-            .map_err(|e| faults.of_others(&format!("has data about its frames that cannot be read ({e})")))?;
+        let extras: Self = match clip {
+            None => serde_json::from_str(extras.get()).map_err(unread)?,
+            Some(clip) => {
+                let own = clip.extras.as_ref().ok_or(faults.of_others("has a clip without data about it"))?;
+                let mut all: Map<String, Value> = serde_json::from_str(extras.get()).map_err(unread)?;
+                all.extend(serde_json::from_str::<Map<String, Value>>(own.get()).map_err(unread)?);
+                // Text keeps the order of a recipe's fields.
+                let Made { rhytid } = serde_json::from_str(own.get()).map_err(unread)?;
+                Self { rhytid, ..serde_json::from_value(Value::Object(all)).map_err(unread)? }
+            }
+        };
         if extras.frames == 0 {
             return Err(faults.of_file("has 0 frames, expected at least 1"));
         }
@@ -200,13 +222,16 @@ impl Base {
 }
 
 impl Layout {
-    pub(super) fn read(root: &Root, targets: &[Vec<Accessors>], name: &str) -> Result<Self> {
+    /// `clip` is the number of the clip, counted from 0.
+    pub(super) fn read(root: &Root, targets: &[Vec<Accessors>], name: &str, clip: usize) -> Result<Self> {
         let faults = Faults { name };
         let ours = |what: &str| faults.of_others(what);
         refuse_unknown_extensions(root, faults)?;
         let scene =
             root.scenes.get(root.scene.map_or(0, |scene| scene.value())).ok_or(ours("has no scene"))?;
-        let extras = Extras::read(scene, faults)?;
+        let clips = clips(root);
+        let animation = root.animations.get(clip);
+        let extras = Extras::read(scene, animation.filter(|_| !clips.is_empty()), faults)?;
 
         let (head, mesh_node) =
             nodes(root, scene).ok_or(ours("has other nodes than a head and a mesh on it"))?;
@@ -259,8 +284,11 @@ impl Layout {
                 rms: e.rms_millimetres / 1000.0 / extras.metres_per_unit,
             }),
             recipe: extras.rhytid,
+            clips,
         };
-        layout.find_channels(root, mesh_node, head).ok_or(ours("animates something other than a face"))?;
+        layout
+            .find_channels(animation, mesh_node, head)
+            .ok_or(ours("animates something other than a face"))?;
         if !(layout.to_mesh * layout.node).is_finite() {
             return Err(faults.of_file("has a node whose numbers are not finite; the file is damaged"));
         }
@@ -271,9 +299,14 @@ impl Layout {
     }
 
     /// Finds what is animated, on the nodes `mesh` and `head`; `None` if there is anything else.
-    fn find_channels(&mut self, root: &Root, mesh: usize, head: Option<usize>) -> Option<()> {
+    fn find_channels(
+        &mut self,
+        animation: Option<&Animation>,
+        mesh: usize,
+        head: Option<usize>,
+    ) -> Option<()> {
         let [mut rotations, mut translations] = [None, None];
-        for animation in &root.animations {
+        if let Some(animation) = animation {
             for channel in &animation.channels {
                 let sampler = animation.samplers.get(channel.sampler.value())?;
                 let input = sampler.input.value();
@@ -301,6 +334,12 @@ impl Layout {
         };
         Some(())
     }
+}
+
+/// The names of a file's clips; none if it has no more than one.
+pub(super) fn clips(root: &Root) -> Vec<String> {
+    let names = root.animations.iter().map(|animation| animation.name.clone().unwrap_or_default());
+    if root.animations.len() > 1 { names.collect() } else { Vec::new() }
 }
 
 fn refuse_unknown_extensions(root: &Root, faults: Faults<'_>) -> Result<()> {

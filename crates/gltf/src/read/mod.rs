@@ -13,20 +13,22 @@ use layout::Layout;
 use motion::Motion;
 use rhytid_core::channel::{self, Channel};
 use rhytid_core::{Error, Faces, Result};
-use rhytid_export::{AnimationReader, Scene, Summary};
+use rhytid_export::{AnimationReader, Scene, Summary, clip_number};
 use source::Document;
 use std::path::Path;
 
 /// Targets that were read are kept, up to so many numbers in all (of 8 bytes).
 const KEPT: usize = 1 << 25;
 
-/// Opens the animation in the `.glb` or `.gltf` file `path`.
+/// Opens the animation in the `.glb` or `.gltf` file `path`: the clip of the name `clip`, else the first.
 ///
 /// # Errors
-/// [`Error::Input`] if the file is damaged or not such an animation; [`Error::Io`].
-pub fn open(path: &Path) -> Result<Box<dyn AnimationReader>> {
+/// [`Error::Input`] if the file is damaged or not such an animation, or has no clip of that name;
+/// [`Error::Io`].
+pub fn open(path: &Path, clip: Option<&str>) -> Result<Box<dyn AnimationReader>> {
     let (Document { root, targets, json }, source) = source::open(path)?;
-    animation(Arrays { root, source, name: path.display().to_string() }, &targets, json)
+    let clip = clip_number(&layout::clips(&root), clip, path)?;
+    animation(Arrays { root, source, name: path.display().to_string() }, &targets, json, clip)
 }
 
 /// W×3 numbers of a base mesh or a target.
@@ -48,15 +50,34 @@ struct Animation {
     json: Vec<u8>,
     /// The accessors of the targets' own attributes.
     own: Vec<Accessors>,
+    /// What is shown where nothing is played: the first frame of the first clip.
+    at_rest: AtRest,
+}
+
+/// The first frame of the first clip.
+struct AtRest {
+    /// A weight for each target.
+    weights: Vec<f32>,
+    /// The head pose, along glTF's axes in metres.
+    head: Option<DMat4>,
+}
+
+impl AtRest {
+    fn new(motion: &Motion, targets: usize) -> Self {
+        let mut weights = vec![0.0; targets];
+        motion.weights_of(0).iter().for_each(|&(target, weight)| weights[target] = weight as f32);
+        Self { weights, head: motion.head.as_ref().and_then(|head| head.first().copied()) }
+    }
 }
 
 fn animation(
     mut arrays: Arrays,
     targets: &[Vec<Accessors>],
     json: Vec<u8>,
+    clip: usize,
 ) -> Result<Box<dyn AnimationReader>> {
     let own = targets.first().cloned().unwrap_or_default();
-    let layout = Layout::read(&arrays.root, targets, &arrays.name)?;
+    let layout = Layout::read(&arrays.root, targets, &arrays.name, clip)?;
     let ids = ids(&mut arrays, &layout)?;
     // Copies come after all originals.
     let vertices = ids.iter().max().map_or(0, |last| last + 1);
@@ -79,6 +100,12 @@ fn animation(
     let indices: Option<Vec<u32>> = corners.iter().map(original).collect();
     let indices = indices.ok_or_else(|| fault("a triangle has a vertex that does not exist"))?;
     let motion = Motion::read(&mut arrays, &layout)?;
+    let at_rest = if clip == 0 {
+        AtRest::new(&motion, layout.targets.len())
+    } else {
+        let first = Layout::read(&arrays.root, targets, &arrays.name, 0)?;
+        AtRest::new(&Motion::read(&mut arrays, &first)?, layout.targets.len())
+    };
     let summary = Summary {
         name: layout.name.clone(),
         vertices,
@@ -96,6 +123,7 @@ fn animation(
         stated_error: layout.stated_error,
         stated_channel_errors: layout.stated_errors.clone(),
         recipe: layout.recipe.clone(),
+        clips: layout.clips.clone(),
     };
     let unread = vec![None; layout.base.len()];
     let targets = vec![unread.clone(); layout.targets.len()];
@@ -110,6 +138,7 @@ fn animation(
         kept: 0,
         json,
         own,
+        at_rest,
     }))
 }
 
@@ -261,9 +290,6 @@ impl AnimationReader for Animation {
     }
 
     fn compare(&mut self, scene: &Scene<'_>) -> Result<Vec<String>> {
-        let mut first = vec![0.0; self.layout.targets.len()];
-        self.motion.weights_of(0).iter().for_each(|&(target, weight)| first[target] = weight as f32);
-        let first = Some(first).filter(|weights| !weights.is_empty());
-        compare::differences(&mut self.arrays, &self.json, &self.own, &self.layout, first, scene)
+        compare::differences(&mut self.arrays, &self.json, &self.own, &self.layout, &self.at_rest, scene)
     }
 }

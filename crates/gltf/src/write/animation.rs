@@ -10,6 +10,8 @@ use rhytid_core::{Result, RigidMotion, UpAxis};
 
 /// An animation. Readers interpolate its keys linearly (and rotations spherically).
 pub(super) struct Animation {
+    /// Names it in the file.
+    pub name: String,
     /// The number of frames, at least 1.
     pub frames: usize,
     /// Frames per second.
@@ -34,17 +36,19 @@ pub(super) struct Nodes {
     pub mesh: Index<Node>,
     /// The one above all others.
     pub root: Index<Node>,
+    /// The node that moves like the head, if one was added.
+    pub head: Option<Index<Node>>,
     pub nodes: Vec<Node>,
 }
 
 impl Animation {
-    /// Writes the keys, and adds the node to `nodes` that moves like the head. The animation has no name yet.
-    /// `None` if nothing moves.
+    /// Writes the keys, and adds the node to `nodes` that moves like the head, unless it is there. `mesh` is
+    /// the mesh's name. `None` if nothing moves.
     pub(super) fn write(
         self,
         buffers: &mut Buffers,
         nodes: &mut Nodes,
-        name: &str,
+        mesh: &str,
         metres_per_unit: f64,
         up_axis: UpAxis,
     ) -> Result<Option<Json>> {
@@ -55,8 +59,13 @@ impl Animation {
         let input = buffers.numbers(&times, Element::SCALAR)?;
         let bounds = [&times[0], &times[times.len() - 1]].map(|&[time]| Some(vec![f64::from(time)].into()));
         [buffers.accessors[input.value()].min, buffers.accessors[input.value()].max] = bounds;
-        let mut json =
-            Json { extensions: None, extras: None, channels: vec![], name: None, samplers: vec![] };
+        let mut json = Json {
+            extensions: None,
+            extras: None,
+            channels: vec![],
+            name: Some(self.name),
+            samplers: vec![],
+        };
         let mut add = |node, path, output| {
             let sampler = Sampler {
                 extensions: None,
@@ -77,13 +86,19 @@ impl Animation {
             add(nodes.mesh, Property::MorphTargetWeights, output);
         }
         if let Some(head) = &self.head {
-            let node = head_node(head, name, metres_per_unit, up_axis, nodes.root);
             let (rotations, translations): (Vec<_>, Vec<_>) = keys(head, metres_per_unit, up_axis).unzip();
             let rotation_keys: Index<Accessor> = buffers.numbers(&rotations, Element::VEC4)?;
             let translation_keys = buffers.numbers(&translations, Element::VEC3)?;
-            nodes.root = Index::push(&mut nodes.nodes, node);
-            add(nodes.root, Property::Rotation, rotation_keys);
-            add(nodes.root, Property::Translation, translation_keys);
+            let node = match nodes.head {
+                Some(node) => node,
+                None => {
+                    let node = head_node(head, mesh, metres_per_unit, up_axis, nodes.root);
+                    Index::push(&mut nodes.nodes, node)
+                }
+            };
+            (nodes.root, nodes.head) = (node, Some(node));
+            add(node, Property::Rotation, rotation_keys);
+            add(node, Property::Translation, translation_keys);
         }
         Ok(Some(json))
     }

@@ -1,36 +1,35 @@
 //! Few targets, found once all frames are known.
 
-use super::animation::Weights;
+use super::clips::Clips;
 use super::document::{Document, Placement};
-use super::exact::Timing;
 use super::targets::most_targets;
 use crate::attributes::Attribute;
-use rhytid_core::{Progress, Result, channel};
+use rhytid_core::{Error, Progress, Result, channel};
 use rhytid_export::morphs::{Frames, Settings};
-use rhytid_export::{Deviation, Exporter, Frame, Options, Scene, Written};
+use rhytid_export::{Exporter, Frame, Options, Scene, ShapeSet, Written};
 
 /// The base and the targets are chosen so that they reproduce every frame within a bound (see
 /// [`rhytid_export::morphs`]).
 pub(super) struct Compressed {
     document: Document,
-    timing: Timing,
+    clips: Clips,
     frames: Frames,
     attributes: Vec<Attribute>,
     /// The attributes that are the same in all frames, V × 3 numbers of each.
     constants: Vec<(Attribute, Vec<f32>)>,
-    count: usize,
     goal: Goal,
     most_targets: usize,
     quantize: bool,
 }
 
 /// The goal of the choice of targets.
-#[derive(Clone, Copy)]
 pub(super) enum Goal {
     /// As few as keep every vertex of every frame within so many mesh units.
     Within(f64),
     /// So many targets, with the least deviation from the frames.
     Shapes(usize),
+    /// These targets, whose weights alone are free.
+    Onto(ShapeSet),
 }
 
 impl Compressed {
@@ -50,15 +49,15 @@ impl Compressed {
             scene.rest.len(),
             scene.rest_normals.is_some(),
             attributes.iter().map(Attribute::counted).collect(),
-        );
+        )
+        .with_clips(scene.clips().iter().map(|clip| clip.frames));
         let constants = constants.into_iter().map(|attribute| (attribute, Vec::new())).collect();
         Ok(Self {
             document,
-            timing: Timing::new(scene),
+            clips: Clips::new(scene, options),
             frames,
             attributes,
             constants,
-            count: scene.frames,
             goal,
             most_targets: most_targets(options),
             quantize: options.quantize,
@@ -77,14 +76,21 @@ impl Exporter for Compressed {
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let Self { mut document, timing, frames, attributes, constants, count, goal, most_targets, quantize } =
-            *self;
+        let Self { mut document, clips, frames, attributes, constants, goal, most_targets, quantize } = *self;
         let morphs = match goal {
             Goal::Within(max_error) => {
                 frames.compress(&Settings { max_error, most_targets, quantize }, progress)?
             }
             Goal::Shapes(shapes) => frames.bake(shapes, quantize, progress)?,
+            Goal::Onto(set) => frames.onto(&set, progress)?,
         };
+        if morphs.targets.is_empty() && clips.are_several() && !clips.has_head() {
+            return Err(Error::empty(format!(
+                "{}: nothing moves in any of the takes, and glTF has no animation without motion; write one \
+                 take",
+                document.path().display()
+            )));
+        }
         document.base(&morphs.base, morphs.base_normals.as_ref())?;
         for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
             document.base_extra(&attribute.name, fitted.base.clone())?;
@@ -93,25 +99,14 @@ impl Exporter for Compressed {
             document.base_extra(&attribute.name, numbers)?;
         }
         for (k, target) in morphs.targets.iter().enumerate() {
-            document.target(format!("shape {:02}", k + 1), &target.positions, target.normals.as_ref())?;
+            document.target(target.name.clone(), &target.positions, target.normals.as_ref())?;
             for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
                 document.target_extra(&attribute.name, fitted.targets[k].clone())?;
             }
         }
-        for (attribute, fitted) in attributes.iter().zip(&morphs.extras) {
-            document.state_error(attribute, fitted.worst, fitted.rms);
-        }
-        if let Some(off) = morphs.normals_off {
-            document.state_normals(off);
-        }
         let first = morphs.weights.get(..morphs.targets.len()).map(<[f32]>::to_vec);
-        let weights = (!morphs.targets.is_empty()).then_some(Weights::Each(morphs.weights));
+        let clips = clips.fitted(&morphs.weights, morphs.targets.len(), &morphs.clips, &attributes);
         let placement = Placement { scale: morphs.scale, translation: morphs.translation };
-        let error = Deviation {
-            worst: morphs.worst.error,
-            at: (morphs.worst.frame, morphs.worst.vertex),
-            rms: morphs.rms,
-        };
-        document.finish(placement, first, Some(timing.animation(count, weights)), Some(error), progress)
+        document.finish(placement, first, clips, progress)
     }
 }

@@ -2,20 +2,20 @@
 
 use super::super::attributes::{self, Attribute, Extras};
 use super::super::meshopt;
-use super::animation::{Animation, Nodes, y_up};
+use super::animation::{Nodes, y_up};
 use super::buffers::{Buffers, Element};
+use super::clips::{Clips, of_positions};
 use super::container::{Container, Kind, Limit};
 use super::materials::Looks;
 use super::surface::Surface;
 use ::gltf::json::accessor::{Accessor, ComponentType};
-use ::gltf::json::animation::Animation as AnimationJson;
 use ::gltf::json::mesh::{Mesh, Mode, MorphTarget, Primitive, Semantic};
 use ::gltf::json::scene::UnitQuaternion;
 use ::gltf::json::validation::Checked::Valid;
 use ::gltf::json::{Asset, Index, Node, Root, extras};
-use rhytid_core::{Error, Progress, Result, UpAxis, channel, human};
-use rhytid_export::morphs::{NormalsOff, Values};
-use rhytid_export::{Deviation, Options, Scene, TextureFiles, Written};
+use rhytid_core::{Error, Progress, Result, UpAxis, human};
+use rhytid_export::morphs::Values;
+use rhytid_export::{Deviation, Options, Scene, StatedRecipe, TextureFiles, Written};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_1_SQRT_2;
@@ -35,8 +35,6 @@ const MOST_VERTICES: usize = 1 << 24;
 pub(crate) struct About {
     /// Names the nodes and the mesh.
     name: String,
-    /// Names the animation.
-    clip: String,
     metres_per_unit: f64,
     up_axis: UpAxis,
     /// The scene's extras so far.
@@ -48,13 +46,11 @@ impl About {
     pub(crate) fn new(scene: &Scene<'_>) -> Self {
         Self {
             name: scene.name.to_owned(),
-            clip: scene.name.to_owned(),
             metres_per_unit: scene.metres_per_unit,
             up_axis: scene.up_axis,
             extras: json!({
                 "metresPerUnit": scene.metres_per_unit,
                 "upAxis": match scene.up_axis { UpAxis::Y => "Y", UpAxis::Z => "Z" },
-                "rhytid": scene.recipe,
             }),
         }
     }
@@ -64,10 +60,10 @@ impl About {
         &self.name
     }
 
-    /// Names the animation; `None` gives it the mesh's name.
-    pub(super) fn with_clip(self, clip: Option<&str>) -> Self {
-        let clip = clip.map_or_else(|| self.clip.clone(), str::to_owned);
-        Self { clip, ..self }
+    /// Adds how the shapes were made, which belong to no clip.
+    pub(super) fn with_recipe(mut self, recipe: &StatedRecipe) -> Self {
+        self.extras["rhytid"] = json!(recipe);
+        self
     }
 
     /// Adds which channels are in which attributes.
@@ -75,14 +71,6 @@ impl About {
         if let Some(stated) = Attribute::stated(attributes) {
             self.extras["attributes"] = stated;
         }
-        self
-    }
-
-    /// Adds the times of the frames. Readers that know the extras count the frames by them.
-    pub(super) fn with_time(mut self, scene: &Scene<'_>) -> Self {
-        self.extras["frames"] = scene.frames.into();
-        self.extras["framesPerSecond"] = scene.rate.into();
-        self.extras["firstTimeCode"] = scene.first_time_code.into();
         self
     }
 }
@@ -146,7 +134,7 @@ impl Document {
         let looks = looks.with_files(&mut container, options.textures.unwrap_or(kind.default_textures()))?;
         Ok(Self {
             buffers: Buffers::new(container, options.meshopt),
-            about: about.with_clip(options.clip.as_deref()),
+            about,
             looks,
             surface,
             vertex_ids: options.vertex_ids,
@@ -234,18 +222,9 @@ impl Document {
         Ok(())
     }
 
-    /// States the deviation of an attribute from the numbers that came in.
-    pub(super) fn state_error(&mut self, attribute: &Attribute, worst: f64, rms: f64) {
-        let stated = json!({ "worst": worst, "rms": rms });
-        match attribute.channels.as_slice() {
-            [only] if only.name == channel::STRAIN.name => self.about.extras["strainError"] = stated,
-            _ => self.about.extras["attributeErrors"][&attribute.name] = stated,
-        }
-    }
-
-    /// States the deviation of the normals, as lengths.
-    pub(super) fn state_normals(&mut self, NormalsOff { worst, rms }: NormalsOff) {
-        self.about.extras["normalError"] = json!({ "worst": worst, "rms": rms });
+    /// States the deviation of shapes, which belong to no clip.
+    pub(super) fn state(&mut self, error: Deviation) {
+        self.about.extras["error"] = of_positions(error, self.about.metres_per_unit);
     }
 
     /// Says if a viewer needs much memory because it keeps a copy of all targets for each material.
@@ -276,28 +255,20 @@ impl Document {
         mut self,
         placement: Placement,
         weights: Option<Vec<f32>>,
-        animation: Option<Animation>,
-        error: Option<Deviation>,
+        clips: Clips,
         progress: &dyn Progress,
     ) -> Result<Written> {
         self.warn_of_copies_of_targets();
-        let About { name, clip, metres_per_unit, up_axis, mut extras } = self.about;
+        let About { name, metres_per_unit, up_axis, mut extras } = self.about;
         let node = Node {
             mesh: Some(Index::new(0)),
             name: Some(name.clone()),
             ..placed(placement, metres_per_unit, up_axis)
         };
-        let mut nodes = Nodes { mesh: Index::new(0), root: Index::new(0), nodes: vec![node] };
-        let animation = match animation {
-            Some(animation) => {
-                animation.write(&mut self.buffers, &mut nodes, &name, metres_per_unit, up_axis)?
-            }
-            None => None,
-        };
-        let animation = animation.map(|animation| AnimationJson { name: Some(clip), ..animation });
-        if let Some(error) = error {
-            extras["error"] = stated(error, metres_per_unit);
-        }
+        let mut nodes = Nodes { mesh: Index::new(0), root: Index::new(0), head: None, nodes: vec![node] };
+        let errors = clips.errors();
+        let animations =
+            clips.write(&mut self.buffers, &mut nodes, &mut extras, &name, metres_per_unit, up_axis)?;
         let images = self.looks.write(&mut self.buffers)?;
         let extensions = extensions(self.quantized, self.buffers.meshopt);
         let targets = self.targets.len();
@@ -345,7 +316,7 @@ impl Document {
             materials: self.looks.materials()?,
             textures: self.looks.textures(),
             images,
-            animations: animation.into_iter().collect(),
+            animations,
             buffers: self.buffers.buffers(),
             buffer_views: self.buffers.views,
             accessors: self.buffers.accessors,
@@ -354,18 +325,8 @@ impl Document {
             ..Root::default()
         };
         let bytes = self.buffers.container.finish(text(&root, &self.target_extras)?, progress)?;
-        Ok(Written { bytes, targets: Some(targets), error })
+        Ok(Written { bytes, targets: Some(targets), errors })
     }
-}
-
-/// The deviation of the positions from those that came in, as the scene's extras state it.
-fn stated(error: Deviation, metres_per_unit: f64) -> Value {
-    let Deviation { worst, at: (frame, vertex), rms } = error;
-    let millimetres = |x: f64| x * metres_per_unit * 1000.0;
-    json!({
-        "worstMillimetres": millimetres(worst), "rmsMillimetres": millimetres(rms),
-        "frame": frame, "vertex": vertex,
-    })
 }
 
 /// The extensions that a reader has to know.

@@ -1,6 +1,7 @@
 //! A target for each frame, written as the frames come.
 
-use super::animation::{Animation, Weights};
+use super::animation::Weights;
+use super::clips::Clips;
 use super::container::{Kind, Limit};
 use super::document::{Document, Placement};
 use super::measure::Measure;
@@ -9,7 +10,7 @@ use super::targets::{
     targets_that_viewers_show, unit_normals,
 };
 use crate::attributes::Attribute;
-use rhytid_core::{Error, Progress, Remedy, Result, RigidMotion, channel};
+use rhytid_core::{Error, Progress, Remedy, Result, channel};
 use rhytid_export::{Exporter, Frame, Options, Scene, Written};
 use std::path::Path;
 
@@ -22,37 +23,14 @@ const JSON_PER_TARGET: u64 = 700;
 /// The base is the first frame, target k is frame k, and its weight is 1 in that frame and 0 in all others.
 pub(super) struct Exact {
     document: Document,
-    timing: Timing,
+    clips: Clips,
+    first_time_code: f64,
     /// 3V positions of the first frame, and its normals.
     base: Vec<f32>,
     base_normals: Vec<f32>,
     attributes: Vec<Attribute>,
     others: OtherTargets,
     measure: Measure,
-}
-
-/// When each frame is, and its head pose.
-pub(super) struct Timing {
-    rate: f64,
-    first_time_code: f64,
-    head: Option<Vec<RigidMotion>>,
-}
-
-impl Timing {
-    pub(super) fn new(scene: &Scene<'_>) -> Self {
-        let head = scene.head.map(<[RigidMotion]>::to_vec);
-        Self { rate: scene.rate, first_time_code: scene.first_time_code, head }
-    }
-
-    /// The name of the target that is frame `frame`.
-    pub(super) fn name(&self, frame: usize) -> String {
-        frame_name(self.first_time_code, frame)
-    }
-
-    /// The animation of `frames` frames.
-    pub(super) fn animation(self, frames: usize, weights: Option<Weights>) -> Animation {
-        Animation { frames, rate: self.rate, weights, head: self.head }
-    }
 }
 
 /// The further attributes of the mesh and its targets, of frame after frame. The base has those of the first
@@ -86,10 +64,16 @@ impl OtherTargets {
 }
 
 impl Exact {
-    pub(super) fn new(document: Document, scene: &Scene<'_>, attributes: Vec<Attribute>) -> Self {
+    pub(super) fn new(
+        document: Document,
+        scene: &Scene<'_>,
+        attributes: Vec<Attribute>,
+        options: &Options,
+    ) -> Self {
         Self {
             document,
-            timing: Timing::new(scene),
+            clips: Clips::new(scene, options),
+            first_time_code: scene.first_time_code,
             base: Vec::new(),
             base_normals: Vec::new(),
             attributes: attributes.clone(),
@@ -118,16 +102,15 @@ impl Exporter for Exact {
             self.measure.add(k, v, given.map(f64::from), stored);
         }
         let normals = normals.map(|normals| floats(normal_differences(&self.base_normals, normals)));
-        self.document.target(self.timing.name(k), &floats(offsets), normals.as_ref())?;
+        self.document.target(frame_name(self.first_time_code, k), &floats(offsets), normals.as_ref())?;
         let of_frame = self.attributes.iter().map(|attribute| attribute.of_frame(frame)).collect();
         self.others.write(&mut self.document, of_frame)
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let animation = self.timing.animation(self.document.targets(), Some(Weights::OneHot));
-        let error = Some(self.measure.deviation(0.0));
-        let first = Some(first_of_all(animation.frames));
-        self.document.finish(Placement::NONE, first, Some(animation), error, progress)
+        let first = Some(first_of_all(self.document.targets()));
+        let clips = self.clips.of_one(Weights::OneHot, self.measure.deviation(0.0));
+        self.document.finish(Placement::NONE, first, clips, progress)
     }
 }
 

@@ -1,23 +1,25 @@
 //! A target for each frame, as integers. Their grid is known only when all frames are.
 
 use super::animation::Weights;
+use super::clips::Clips;
 use super::container::rewound;
 use super::document::Document;
-use super::exact::{OtherTargets, Timing, first_of_all};
+use super::exact::{OtherTargets, first_of_all};
 use super::grid::{Extent, Grid, normal_offsets, offsets, snap_normals};
 use super::measure::Measure;
-use super::targets::unit_normals;
+use super::targets::{frame_name, unit_normals};
 use crate::attributes::Attribute;
 use rhytid_core::{Error, Progress, Remedy, Result, channel};
 use rhytid_export::morphs::Values;
-use rhytid_export::{Exporter, Frame, Scene, Written};
+use rhytid_export::{Exporter, Frame, Options, Scene, Written};
 use std::fs::File;
 use std::io::{self, BufWriter, Read, Write};
 
 /// Like [`super::exact::Exact`], with every position on a [`Grid`].
 pub(super) struct Quantized {
     document: Document,
-    timing: Timing,
+    clips: Clips,
+    first_time_code: f64,
     normals: bool,
     attributes: Vec<Attribute>,
     /// The first frame.
@@ -30,11 +32,17 @@ pub(super) struct Quantized {
 }
 
 impl Quantized {
-    pub(super) fn new(document: Document, scene: &Scene<'_>, attributes: Vec<Attribute>) -> Result<Self> {
+    pub(super) fn new(
+        document: Document,
+        scene: &Scene<'_>,
+        attributes: Vec<Attribute>,
+        options: &Options,
+    ) -> Result<Self> {
         let spool = BufWriter::with_capacity(1 << 20, document.buffers.container.spool()?);
         Ok(Self {
             document,
-            timing: Timing::new(scene),
+            clips: Clips::new(scene, options),
+            first_time_code: scene.first_time_code,
             normals: scene.rest_normals.is_some(),
             attributes,
             base: Vec::new(),
@@ -67,8 +75,18 @@ impl Exporter for Quantized {
     }
 
     fn finish(self: Box<Self>, progress: &dyn Progress) -> Result<Written> {
-        let Self { mut document, timing, normals, attributes, base, base_normals, extent, spool, frames } =
-            *self;
+        let Self {
+            mut document,
+            clips,
+            first_time_code,
+            normals,
+            attributes,
+            base,
+            base_normals,
+            extent,
+            spool,
+            frames,
+        } = *self;
         let path = document.path().to_owned();
         let grid = extent.and_then(|extent| extent.grid()).ok_or_else(|| {
             Error::out_of_range(format!(
@@ -104,15 +122,14 @@ impl Exporter for Quantized {
                 }
                 false => None,
             };
-            document.target(timing.name(k), &Values::I16(points), normals.as_ref())?;
+            document.target(frame_name(first_time_code, k), &Values::I16(points), normals.as_ref())?;
             let there = if k == 0 { all } else { changing };
             let of_frame = (0..there).map(|_| read_floats(&mut spool, numbers).map_err(Error::io(&path)));
             others.write(&mut document, of_frame.collect::<Result<_>>()?)?;
         }
         progress.report("quantising", frames as u64, frames as u64);
-        let error = Some(measure.deviation(grid.reach()));
-        let animation = timing.animation(frames, Some(Weights::OneHot));
-        document.finish(grid.placement(), Some(first_of_all(frames)), Some(animation), error, progress)
+        let clips = clips.of_one(Weights::OneHot, measure.deviation(grid.reach()));
+        document.finish(grid.placement(), Some(first_of_all(frames)), clips, progress)
     }
 }
 

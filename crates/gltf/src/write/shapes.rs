@@ -1,5 +1,6 @@
 //! Named morph targets without an animation.
 
+use super::clips::Clips;
 use super::container::Kind;
 use super::document::{About, Document, Placement};
 use super::grid::{Extent, normal_offsets, offsets, snap_normals};
@@ -39,7 +40,8 @@ pub fn write_shapes(
 ) -> Result<Written> {
     check_count(path, shapes.shapes.len(), options)?;
     let rest = shapes.rest_scene();
-    let document = Document::create(path, kind, &rest, options, About::new(&rest))?;
+    let document =
+        Document::create(path, kind, &rest, options, About::new(&rest).with_recipe(shapes.recipe))?;
     match options.quantize {
         true => quantized(document, shapes, progress),
         false => plain(document, shapes, progress),
@@ -56,7 +58,7 @@ fn plain(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progress) -
         document.target(name.clone(), &values(offsets), normal_offsets.as_ref().map(values).as_ref())?;
     }
     progress.step("shapes", count, count)?;
-    document.finish(Placement::NONE, None, None, None, progress)
+    document.finish(Placement::NONE, None, Clips::default(), progress)
 }
 
 /// The returned error is that of each shape alone.
@@ -100,6 +102,8 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
         document.target(shape.name.clone(), &Values::I16(points), to_normals.as_ref())?;
     }
     progress.step("shapes", count, count)?;
-    let error = Some(measure.deviation(grid.reach()));
-    document.finish(grid.placement(), None, None, error, progress)
+    let error = measure.deviation(grid.reach());
+    document.state(error);
+    let written = document.finish(grid.placement(), None, Clips::default(), progress)?;
+    Ok(Written { errors: vec![error], ..written })
 }

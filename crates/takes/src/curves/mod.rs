@@ -1,10 +1,12 @@
 //! Curves: a number for each name and frame, such as the weights of blend shapes that a phone records.
 //!
 //! Curves are no places of markers. They become places on a rig whose shapes have the same names.
+mod live_link;
 mod names;
 mod read;
 mod write;
 
+pub use live_link::write_weights;
 pub use names::{Meant, meant};
 pub use read::{decode, read};
 pub use write::write_curves;

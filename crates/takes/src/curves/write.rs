@@ -22,6 +22,11 @@ pub fn write_curves(path: &Path, names: &[String], first: usize, rate: f64, valu
         Ok(())
     };
     encode().map_err(|e| Error::Internal(e.to_string()))?;
+    save(path, csv)
+}
+
+/// Gives a table the name `path`.
+pub(super) fn save(path: &Path, csv: csv::Writer<Vec<u8>>) -> Result<()> {
     let bytes = csv.into_inner().map_err(|e| Error::Internal(e.to_string()))?;
     let mut file = AtomicFile::create(path)?;
     file.write_all(&bytes).map_err(file.error())?;

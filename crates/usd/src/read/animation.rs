@@ -1,7 +1,9 @@
 //! The animation of one mesh in one layer.
 
 use super::images::{has_textures, image};
-use super::lookup::{SCALE, attribute, face_of, field, meshes, stated_errors, stated_recipe};
+use super::lookup::{
+    SCALE, attribute, below, default_prim, dictionary, face_of, field, meshes, stated_errors, stated_recipe,
+};
 use super::opened::{Opened, Samples};
 use super::shapes::Shapes;
 use crate::channels;
@@ -10,7 +12,7 @@ use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
 use crate::write::{Assets, Choices, accept, animation_layer, baked_layer};
 use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, Faces, Result, UpAxis};
-use rhytid_export::{AnimationReader, Scene, StatedError, Summary};
+use rhytid_export::{AnimationReader, Scene, StatedError, Summary, clip_number};
 use std::path::{Path, PathBuf};
 
 /// An animation that one layer holds.
@@ -41,14 +43,16 @@ struct Numbers {
 }
 
 impl Animation {
-    /// Finds the animation in a layer; `name` is the file's, and `path` is where it is.
+    /// Finds the animation in a layer: the clip of the name `clip`, else the first. `name` is the file's, and
+    /// `path` is where it is.
     ///
     /// # Errors
     /// [`Error::Input`] if the layer does not have one mesh below its default prim, with points that have a
-    /// sample at each of consecutive time codes.
-    pub(crate) fn new(opened: Opened, name: String, path: Option<&Path>) -> Result<Self> {
+    /// sample at each of consecutive time codes, or has no such clip.
+    pub(crate) fn new(opened: Opened, name: String, path: Option<&Path>, clip: Option<&str>) -> Result<Self> {
         let Opened { layer, mut samples, unread } = opened;
-        let found = find(&layer, samples.as_mut()).map_err(|fault| match fault {
+        let clip = clip_number(&default_prim(&layer).map(clips).unwrap_or_default(), clip, Path::new(&name))?;
+        let found = find(&layer, samples.as_mut(), clip).map_err(|fault| match fault {
             Fault::Found(what) => Error::malformed(format!("{name}: {what}")),
             Fault::Unread(error) => error,
         });
@@ -148,7 +152,22 @@ fn with_shapes(layer: &Layer, scene: &Scene<'_>, choices: &Choices) -> Result<La
     let mesh = face.mesh.ok_or_else(was_there)?;
     let shapes = mesh.children.iter().filter(|child| child.type_name == "BlendShape");
     let names = shapes.clone().map(|shape| shape.name.clone()).collect();
-    let mut expected = baked_layer(scene, choices, names, mesh)?;
+    let animations = below(face.prim, "SkelAnimation");
+    let prims: Vec<String> = animations.iter().map(|animation| animation.name.clone()).collect();
+    let mut expected = baked_layer(scene, choices, names, &prims, mesh)?;
+    let prims_of_clips = prims.len();
+    if prims_of_clips > 1 {
+        // The stage plays the first clip, and the scene may be another one's.
+        let of_file = |name: &str| field(&layer.metadata, name).cloned();
+        for (name, value) in &mut expected.metadata {
+            if ["startTimeCode", "endTimeCode"].contains(&name.as_str())
+                && let Some(found) = of_file(name)
+            {
+                *value = found;
+            }
+        }
+    }
+    let extent = attribute(face.prim, "extent").filter(|extent| extent.samples.is_none()).cloned();
     let is_known = |property: &Property| match property {
         Property::Attribute(Attribute { name, uniform: true, samples: None, .. }) => {
             ["offsets", "normalOffsets", "pointIndices"].contains(&name.as_str())
@@ -160,10 +179,13 @@ fn with_shapes(layer: &Layer, scene: &Scene<'_>, choices: &Choices) -> Result<La
         shape.properties.retain(is_known);
         Prim { metadata: Fields::new(), children: Vec::new(), ..shape }
     });
-    // Below the prims of the path, the first child is the mesh.
-    let mesh =
-        face.path.iter().try_fold(&mut expected.prims, |prims, _| Some(&mut prims.first_mut()?.children));
-    let mesh = mesh.and_then(|children| children.first_mut()).ok_or_else(was_there)?;
+    // Along the path, each prim is the only one, and the first child of the last is the mesh.
+    let (_, above) = face.path.split_last().ok_or_else(was_there)?;
+    let prims = above.iter().try_fold(&mut expected.prims, |prims, _| Some(&mut prims.first_mut()?.children));
+    let root = prims.and_then(|prims| prims.first_mut()).ok_or_else(was_there)?;
+    // The box around the frames of several clips is not computed anew.
+    root.properties.extend(extent.filter(|_| prims_of_clips > 1).map(Property::Attribute));
+    let mesh = root.children.first_mut().ok_or_else(was_there)?;
     mesh.children.extend(children);
     Ok(expected)
 }
@@ -182,7 +204,20 @@ impl From<String> for Fault {
     }
 }
 
-fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), Fault> {
+/// The names of the clips below the default prim `root`; none if it has no more than one.
+fn clips(root: &Prim) -> Vec<String> {
+    let animations = below(root, "SkelAnimation");
+    let name = |animation: &&Prim| {
+        let data = dictionary(&animation.metadata, "customData");
+        match data.and_then(|data| field(data, "name")) {
+            Some(Value::String(name)) => name.clone(),
+            _ => animation.name.clone(),
+        }
+    };
+    if animations.len() > 1 { animations.iter().map(name).collect() } else { Vec::new() }
+}
+
+fn find(layer: &Layer, samples: &mut dyn Samples, clip: usize) -> Result<(Summary, Numbers), Fault> {
     let face = face_of(layer).ok_or_else(|| {
         "has no default prim, expected that of an exported animation; export it again".to_owned()
     })?;
@@ -196,7 +231,13 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         )));
     };
     let sampled = |prim: &Prim, name: &str| attribute(prim, name).and_then(|attribute| attribute.samples);
-    let shapes = Shapes::read(root, mesh)?;
+    let animations = below(root, "SkelAnimation");
+    let read = |clip: usize| match animations.get(clip) {
+        Some(animation) => Shapes::read(animation, mesh),
+        None => Ok(None),
+    };
+    let shapes = read(clip)?;
+    let first_clip = if clip > 0 { read(0)?.map(|shapes| shapes.samples) } else { None };
     let channels = channels::of_mesh(mesh);
     let points = sampled(mesh, "points").or_else(|| shapes.as_ref().map(|shapes| shapes.samples));
     let frames = points.ok_or_else(|| {
@@ -210,7 +251,16 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         head: sampled(root, "xformOp:transform"),
     };
     let (first_time_code, frames) = check_times(&mut numbers, samples)?;
-    check_metadata(layer, mesh, first_time_code, frames)?;
+    match first_clip.map(|samples_of_first| samples.times(samples_of_first)) {
+        // The stage plays the first clip.
+        Some([first, .., last]) => check_metadata(layer, mesh, *first, (last - first) as usize + 1)?,
+        Some([first]) => check_metadata(layer, mesh, *first, 1)?,
+        _ => check_metadata(layer, mesh, first_time_code, frames)?,
+    }
+    let stated_by = match animations.get(clip) {
+        Some(animation) if animations.len() > 1 => *animation,
+        _ => root,
+    };
     let vertices = match attribute(mesh, "points").and_then(|points| points.default.as_ref()) {
         Some(Value::Float3s(rest)) => rest.len(),
         _ => match samples.read(numbers.frames, 0).map_err(Fault::Unread)? {
@@ -234,7 +284,7 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
     };
     // The faces are in the layer below.
     let is_over = root.specifier == Specifier::Over && attribute(mesh, "faceVertexCounts").is_none();
-    let errors = stated_errors(root, metres_per_unit);
+    let errors = stated_errors(stated_by, metres_per_unit);
     let has_normals = numbers.shapes.as_ref().is_some_and(Shapes::has_normals);
     let of_normals = errors.as_ref().filter(|_| has_normals).map(|errors| StatedError {
         channel: channel::NORMALS.name.clone().into_owned(),
@@ -259,7 +309,8 @@ fn find(layer: &Layer, samples: &mut dyn Samples) -> Result<(Summary, Numbers), 
         channels: summarised(&numbers),
         extents: numbers.extent.is_some(),
         head: numbers.head.is_some(),
-        recipe: stated_recipe(root),
+        recipe: stated_recipe(stated_by),
+        clips: clips(root),
         stated_error: errors.map(|errors| errors.positions),
         stated_channel_errors,
     };

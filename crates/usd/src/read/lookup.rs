@@ -1,7 +1,7 @@
 //! Lookups in a layer that was read.
 
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
-use rhytid_export::morphs::NormalsOff;
+use rhytid_export::morphs::Off;
 use rhytid_export::{Deviation, StatedRecipe};
 use serde_json::{Number, Value as Json};
 
@@ -36,12 +36,12 @@ pub(crate) struct FaceAt<'a> {
     pub(crate) mesh: Option<&'a Prim>,
 }
 
-/// The prim of the face: the default prim, or the one below it that has the recipe. `None` without a default
-/// prim.
+/// The prim of the face: the default prim, or the one below it that has the recipe or the skeleton. `None`
+/// without a default prim.
 pub(crate) fn face_of(layer: &Layer) -> Option<FaceAt<'_>> {
     let root = default_prim(layer)?;
     let (mut path, mut prim) = (vec![root.name.as_str()], root);
-    while stated_recipe(prim).is_none() {
+    while stated_recipe(prim).is_none() && prim.type_name != "SkelRoot" {
         let [only] = &prim.children[..] else {
             (path, prim) = (vec![root.name.as_str()], root);
             break;
@@ -92,13 +92,12 @@ pub(super) fn below<'a>(prim: &'a Prim, type_name: &str) -> Vec<&'a Prim> {
 pub(super) struct StatedErrors {
     /// In mesh units.
     pub(super) positions: Deviation,
-    pub(super) normals: NormalsOff,
+    pub(super) normals: Off,
 }
 
-/// The errors that the animation below the default prim `root` states, if it does. What is missing is NaN, or
-/// beyond every frame.
-pub(super) fn stated_errors(root: &Prim, metres_per_unit: f64) -> Option<StatedErrors> {
-    let stated = dictionary(dictionary(&root.metadata, "customData")?, "rhytidError")?;
+/// The errors that a prim states of its animation, if it does. What is missing is NaN, or beyond every frame.
+pub(super) fn stated_errors(prim: &Prim, metres_per_unit: f64) -> Option<StatedErrors> {
+    let stated = dictionary(dictionary(&prim.metadata, "customData")?, "rhytidError")?;
     let number = |name: &str| match field(stated, name) {
         Some(Value::Double(number)) => *number,
         _ => f64::NAN,
@@ -110,13 +109,13 @@ pub(super) fn stated_errors(root: &Prim, metres_per_unit: f64) -> Option<StatedE
         at: (index("frame"), index("vertex")),
         rms: length("rmsMillimetres"),
     };
-    let normals = NormalsOff { worst: number("normalWorst"), rms: number("normalRms") };
+    let normals = Off { worst: number("normalWorst"), rms: number("normalRms") };
     Some(StatedErrors { positions, normals })
 }
 
-/// The recipe of the animation below the default prim `root`, if it states one.
-pub(super) fn stated_recipe(root: &Prim) -> Option<StatedRecipe> {
-    let fields = dictionary(dictionary(&root.metadata, "customData")?, "rhytid")?;
+/// The recipe that a prim states of its animation, if it does.
+pub(super) fn stated_recipe(prim: &Prim) -> Option<StatedRecipe> {
+    let fields = dictionary(dictionary(&prim.metadata, "customData")?, "rhytid")?;
     let stated = StatedRecipe(json(fields));
     (stated.text("version").is_some() && stated.text("rig").is_some()).then_some(stated)
 }

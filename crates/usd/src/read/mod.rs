@@ -48,15 +48,16 @@ pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationR
 }
 
 /// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file
-/// plays.
+/// plays. Of several clips, it is the one called `clip`, else the first.
 ///
 /// # Errors
-/// [`Error::Input`] if a file is damaged or holds anything but one animated mesh; [`Error::Io`].
-pub fn open_animation(path: &Path, reach: Reach) -> Result<Box<dyn AnimationReader>> {
+/// [`Error::Input`] if a file is damaged, holds anything but one animated mesh, or has no such clip;
+/// [`Error::Io`].
+pub fn open_animation(path: &Path, reach: Reach, clip: Option<&str>) -> Result<Box<dyn AnimationReader>> {
     let name = path.display().to_string();
     let opened = open(path)?;
     let Some(Clips { assets, manifest }) = clips(&opened.layer) else {
-        return Ok(Box::new(Animation::new(opened, name, Some(path))?));
+        return Ok(Box::new(Animation::new(opened, name, Some(path), clip)?));
     };
     let named = |asset: &str, what| named_file(path, Path::new(asset), what, reach);
     let paths: Vec<PathBuf> = assets.iter().map(|asset| named(asset, "assetPaths")).collect::<Result<_>>()?;

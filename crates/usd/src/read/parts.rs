@@ -143,7 +143,7 @@ fn open_part(path: &Path) -> Result<Animation> {
             path.display()
         )));
     }
-    let animation = Animation::new(opened, path.display().to_string(), Some(path))?;
+    let animation = Animation::new(opened, path.display().to_string(), Some(path), None)?;
     if animation.summary().stated_error.is_some() {
         return Err(Error::conflict(format!(
             "{}: holds shapes with curves, and the shapes of each part would be different; export the parts \

@@ -1,6 +1,6 @@
 //! Shapes with curves: points that are sums of a base and weighted offsets.
 
-use super::lookup::{attribute, below};
+use super::lookup::attribute;
 use crate::layer::{Prim, Value};
 
 /// The shapes of a mesh, and where their weights are.
@@ -14,14 +14,11 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Those of `mesh`, moved by the only animation below `root`; `None` if there are none whose weights have
-    /// samples.
+    /// Those of `mesh`, moved by `animation`; `None` if its weights have no samples.
     ///
     /// # Errors
     /// What is wrong with them.
-    pub(super) fn read(root: &Prim, mesh: &Prim) -> Result<Option<Self>, String> {
-        let animations = below(root, "SkelAnimation");
-        let [animation] = animations[..] else { return Ok(None) };
+    pub(super) fn read(animation: &Prim, mesh: &Prim) -> Result<Option<Self>, String> {
         let Some(samples) = attribute(animation, "blendShapeWeights").and_then(|weights| weights.samples)
         else {
             return Ok(None);

@@ -69,7 +69,7 @@ impl Exporter for Face {
 
     fn finish(self: Box<Self>, _progress: &dyn Progress) -> Result<Written> {
         let bytes = self.writer.finish()?;
-        Ok(Written { bytes, targets: None, error: None })
+        Ok(Written { bytes, targets: None, errors: Vec::new() })
     }
 }
 

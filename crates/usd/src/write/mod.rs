@@ -19,8 +19,8 @@ mod text;
 mod text_value;
 mod textures;
 
-pub use baked::Baked;
 pub(crate) use baked::baked_layer;
+pub use baked::{Baked, Goal};
 pub(crate) use choices::Choices;
 pub(super) use crate_file::CrateWriter;
 pub use face::Face;

@@ -7,7 +7,7 @@ use super::numbers::integer;
 use super::surface::{Surface, extent};
 use super::textures;
 use crate::build::{attribute, prim, token};
-use crate::layer::{Attribute, Layer, Prim, Value};
+use crate::layer::{Attribute, Layer, Prim, Property, Value};
 use rhytid_core::Result;
 use rhytid_export::{Options, Shape, Shapes};
 use std::path::Path;
@@ -26,19 +26,20 @@ fn layer(shapes: &Shapes<'_>, choices: &Choices) -> Result<Layer> {
     let mut surface = Surface::new(&shapes.rest_scene(), "SkelRoot", choices)?;
     let extent = extent_of_sliders(shapes.rest, shapes.shapes).to_vec();
     surface.root.set("float3[]", "extent", Value::Float3s(extent));
-    let skeleton = bind(&mut surface, shapes.shapes, None)?;
+    let skeleton = bind(&mut surface, shapes.shapes, vec![animation(WEIGHTS, None)])?;
     Ok(surface.into_layer(vec![skeleton]))
 }
 
 /// The box around the mesh at rest and with each slider alone at 1.
 fn extent_of_sliders(rest: &[[f32; 3]], shapes: &[Shape]) -> [[f32; 3]; 2] {
     let alone = |k: usize| posed_extent(rest, &shapes[k..=k], &[1.0]);
-    let boxes = (0..shapes.len()).map(alone).chain([extent(rest)]);
-    boxes.reduce(|[a, b], [c, d]| [zip(a, c, f32::min), zip(b, d, f32::max)]).unwrap_or_default()
+    around((0..shapes.len()).map(alone).chain([extent(rest)]))
 }
 
-fn zip(a: [f32; 3], b: [f32; 3], of: fn(f32, f32) -> f32) -> [f32; 3] {
-    std::array::from_fn(|axis| of(a[axis], b[axis]))
+/// The box around boxes.
+pub(super) fn around(boxes: impl Iterator<Item = [[f32; 3]; 2]>) -> [[f32; 3]; 2] {
+    let of = |a: [f32; 3], b: [f32; 3], of: fn(f32, f32) -> f32| [0, 1, 2].map(|axis| of(a[axis], b[axis]));
+    boxes.reduce(|[a, b], [c, d]| [of(a, c, f32::min), of(b, d, f32::max)]).unwrap_or_default()
 }
 
 /// Programs add the shapes in 32 bits. Their points are farther off than the sums in 64 bits by up to this
@@ -64,19 +65,29 @@ pub(super) fn posed_extent(base: &[[f32; 3]], shapes: &[Shape], weights: &[f32])
     [low.map(|x| x as f32), high.map(|x| x as f32)]
 }
 
-/// Gives the mesh its shapes, and returns the skeleton that has their weights: all 0, or samples under the
-/// number `samples`.
-pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], samples: Option<usize>) -> Result<Prim> {
+/// The name of an animation that is the only one.
+pub(super) const WEIGHTS: &str = "weights";
+
+/// An animation of weights: all 0, or samples under the number `samples`. Its shapes are not named yet.
+pub(super) fn animation(name: &str, samples: Option<usize>) -> Prim {
+    let mut weights = prim("SkelAnimation", name);
+    weights.push(Attribute { samples, ..attribute("float[]", "blendShapeWeights", None) });
+    weights
+}
+
+/// Gives the mesh its shapes, and returns the skeleton that has the animations of their weights.
+pub(super) fn bind(surface: &mut Surface, shapes: &[Shape], animations: Vec<Prim>) -> Result<Prim> {
     let names = identifiers(shapes.iter().map(|shape| shape.name.as_str()));
-    let skeleton = declare(surface, names.clone(), samples);
+    let skeleton = declare(surface, names.clone(), animations);
     for (name, shape) in names.iter().zip(shapes) {
         surface.mesh.children.push(blend_shape(name, shape)?);
     }
     Ok(skeleton)
 }
 
-/// Says that the mesh has shapes of these names, and returns the skeleton that has their weights.
-pub(super) fn declare(surface: &mut Surface, names: Vec<String>, samples: Option<usize>) -> Prim {
+/// Says that the mesh has shapes of these names, and returns the skeleton that has the animations of their
+/// weights. The first one is bound.
+pub(super) fn declare(surface: &mut Surface, names: Vec<String>, animations: Vec<Prim>) -> Prim {
     let root = surface.path();
     let skeleton = format!("{root}/skeleton");
     let mesh = &mut surface.mesh;
@@ -86,7 +97,7 @@ pub(super) fn declare(surface: &mut Surface, names: Vec<String>, samples: Option
     let targets = names.iter().map(|name| format!("{mesh_path}/{name}")).collect();
     mesh.relate("skel:blendShapeTargets", targets);
     mesh.relate("skel:skeleton", vec![skeleton.clone()]);
-    skeleton_prim(names, &skeleton, samples)
+    skeleton_prim(&names, &skeleton, animations)
 }
 
 /// A shape with only the vertices that it moves, if a quarter or more stand still.
@@ -115,8 +126,8 @@ fn blend_shape(name: &str, shape: &Shape) -> Result<Prim> {
     Ok(blend_shape)
 }
 
-/// The skeleton at the path `path`, with the weights below it.
-fn skeleton_prim(names: Vec<String>, path: &str, samples: Option<usize>) -> Prim {
+/// The skeleton at the path `path`, with the animations below it.
+fn skeleton_prim(names: &[String], path: &str, animations: Vec<Prim>) -> Prim {
     const IDENTITY: [[f64; 4]; 4] =
         [[1.0, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
     let mut skeleton = prim("Skeleton", "skeleton");
@@ -126,11 +137,20 @@ fn skeleton_prim(names: Vec<String>, path: &str, samples: Option<usize>) -> Prim
     skeleton.set_uniform("matrix4d[]", "restTransforms", Value::Matrix4ds(vec![IDENTITY]));
     // The skeleton is not shown.
     skeleton.set_uniform("token", "purpose", token("guide"));
-    skeleton.relate("skel:animationSource", vec![format!("{path}/weights")]);
-    let mut weights = prim("SkelAnimation", "weights");
-    let zeros = samples.is_none().then(|| Value::Floats(vec![0.0; names.len()]));
-    weights.set_uniform("token[]", "blendShapes", Value::Tokens(names));
-    weights.push(Attribute { samples, ..attribute("float[]", "blendShapeWeights", zeros) });
-    skeleton.children.push(weights);
+    let bound = animations.iter().take(1).map(|animation| format!("{path}/{}", animation.name)).collect();
+    skeleton.relate("skel:animationSource", bound);
+    for mut animation in animations {
+        let mut weights = std::mem::take(&mut animation.properties);
+        for property in &mut weights {
+            if let Property::Attribute(weights) = property
+                && weights.samples.is_none()
+            {
+                weights.default = Some(Value::Floats(vec![0.0; names.len()]));
+            }
+        }
+        animation.set_uniform("token[]", "blendShapes", Value::Tokens(names.to_vec()));
+        animation.properties.extend(weights);
+        skeleton.children.push(animation);
+    }
     skeleton
 }

@@ -31,6 +31,20 @@ pub(super) struct AnimationInfo {
     /// Null where the file does not say how it was made.
     #[serde(rename = "provenance")]
     recipe: Option<StatedRecipe>,
+    /// The clips of a file of several takes. The fields above are those of the first.
+    clips: Vec<ClipInfo>,
+}
+
+/// One of several clips.
+#[derive(Serialize)]
+struct ClipInfo {
+    name: String,
+    frames: usize,
+    first_time_code: f64,
+    rate: f64,
+    stated_error: Option<f64>,
+    #[serde(rename = "provenance")]
+    recipe: Option<StatedRecipe>,
 }
 
 impl AnimationInfo {
@@ -52,7 +66,17 @@ impl AnimationInfo {
             head: summary.head,
             stated_error: summary.stated_error.map(|error| error.worst),
             recipe: summary.recipe.clone(),
+            clips: summary
+                .clips
+                .iter()
+                .map(|clip| ClipInfo::read(path, reach, clip))
+                .collect::<Result<_>>()?,
         })
+    }
+
+    /// An error in mesh units, in millimetres.
+    fn millimetres(&self, error: f64) -> String {
+        human::number((error * self.metres_per_unit * 1e6).round() / 1e3)
     }
 
     pub(super) fn rows(&self) -> Vec<[String; 2]> {
@@ -67,19 +91,21 @@ impl AnimationInfo {
             row("units", format!("{unit}, {} up", up(self.up))),
             row("vertices", human::count(self.vertices)),
             row("faces", human::count(self.faces)),
-            row(
-                "frames",
-                format!(
-                    "{} from time code {} on, {} per second",
-                    human::count(self.frames),
-                    human::number(self.first_time_code),
-                    human::number(self.rate)
-                ),
-            ),
         ];
-        if let Some(error) = self.stated_error {
-            let millimetres = human::number((error * self.metres_per_unit * 1e6).round() / 1e3);
-            rows.push(row("compressed", format!("each vertex is within {millimetres} mm")));
+        let frames = |frames: usize, first: f64, rate: f64| {
+            let [first, rate] = [first, rate].map(human::number);
+            format!("{} from time code {first} on, {rate} per second", human::count(frames))
+        };
+        if self.clips.is_empty() {
+            rows.push(row("frames", frames(self.frames, self.first_time_code, self.rate)));
+            let within = |error| format!("each vertex is within {} mm", self.millimetres(error));
+            rows.extend(self.stated_error.map(|error| row("compressed", within(error))));
+        }
+        for clip in &self.clips {
+            let within = |error| format!("; each vertex is within {} mm", self.millimetres(error));
+            let within = clip.stated_error.map_or_else(String::new, within);
+            let frames = frames(clip.frames, clip.first_time_code, clip.rate);
+            rows.push(row("clip", format!("{}: {frames}{within}", clip.name)));
         }
         if !lacking.is_empty() {
             rows.push(row("has no", lacking.join(", ")));
@@ -114,5 +140,20 @@ impl AnimationInfo {
             )
         }));
         rows
+    }
+}
+
+impl ClipInfo {
+    fn read(path: &Path, reach: Reach, clip: &str) -> Result<Self> {
+        let reader = animation::open_clip(path, reach, Some(clip))?;
+        let summary = reader.summary();
+        Ok(Self {
+            name: clip.to_owned(),
+            frames: summary.frames,
+            first_time_code: summary.first_time_code,
+            rate: summary.rate,
+            stated_error: summary.stated_error.map(|error| error.worst),
+            recipe: summary.recipe.clone(),
+        })
     }
 }

@@ -8,13 +8,13 @@ use rhytid_formats::export::Options;
 use std::path::Path;
 use std::process::Command;
 
-pub(super) use rhytid_test_support::{python, python_usd_24_3, root};
+pub(crate) use rhytid_test_support::{python, python_usd_24_3, root};
 
 /// Of all formats.
-pub(super) const EXTENSIONS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
+pub(crate) const EXTENSIONS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
 
 /// Runs a checker and returns what it printed; its complaints fail the test.
-pub(super) fn run(command: &mut Command) -> String {
+pub(crate) fn run(command: &mut Command) -> String {
     let output =
         command.output().unwrap_or_else(|e| panic!("{command:?}: {e}; run `cargo xtask setup` first"));
     let stdout = String::from_utf8_lossy(&output.stdout).into_owned();
@@ -24,7 +24,7 @@ pub(super) fn run(command: &mut Command) -> String {
 
 /// The sentence of an error of the caller.
 #[track_caller]
-pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
+pub(crate) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     match result {
         Err(Error::Input(message)) => message.to_string(),
         Err(other) => panic!("expected an input error, found {other:?}"),
@@ -32,7 +32,7 @@ pub(super) fn input_error<T>(result: rhytid_core::Result<T>) -> String {
     }
 }
 
-pub(super) fn files_in(folder: &Path) -> Vec<String> {
+pub(crate) fn files_in(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = std::fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().file_name().to_string_lossy().into_owned())

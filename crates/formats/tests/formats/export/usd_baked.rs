@@ -30,7 +30,7 @@ fn check(python: &Path) {
             let written = made.export_with(&path, &options()).unwrap();
             assert_eq!(written.bytes, std::fs::metadata(&path).unwrap().len());
             assert_eq!(written.targets, Some(SHAPES));
-            worst = written.error.unwrap().worst;
+            worst = written.errors[0].worst;
             read(&path, &made, worst);
         }
         let expected = json!({

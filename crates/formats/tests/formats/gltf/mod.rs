@@ -14,3 +14,6 @@ pub(crate) mod textures;
 mod tools;
 mod validator;
 mod viewer;
+
+pub(crate) use tools::node;
+pub(crate) use validator::assert_valid;

@@ -34,7 +34,7 @@ fn what_was_written_is_read() {
             summary.faces.counts.len() * 3 == triangles.len() && summary.faces.counts.iter().all(|&n| n == 3)
         );
 
-        let stated = written.error.unwrap().worst;
+        let stated = written.errors[0].worst;
         assert!((summary.stated_error.unwrap().worst - stated).abs() <= 1e-9 * stated, "{label}");
         let fitted = options.max_error.is_some();
         let format = Format::from_extension(&path).unwrap();

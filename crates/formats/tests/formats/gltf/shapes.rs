@@ -40,7 +40,7 @@ fn each_shape_is_a_named_target_that_nothing_moves() {
         let path = folder.path().join(format!("{bits}.{}", if meshopt { "gltf" } else { "glb" }));
         let options = Options { quantize, meshopt, ..Options::default() };
         let written = animation::write_shapes(&path, &scene, &options, &NoProgress).unwrap();
-        assert_eq!((written.targets, written.error.is_some()), (Some(2), quantize));
+        assert_eq!((written.targets, !written.errors.is_empty()), (Some(2), quantize));
 
         let viewer = Viewer::open(&unfold(std::slice::from_ref(&path))[0]);
         assert!(viewer.times.is_empty() && viewer.weights.is_empty() && viewer.targets.len() == 2);
@@ -50,7 +50,7 @@ fn each_shape_is_a_named_target_that_nothing_moves() {
         assert_eq!(names, serde_json::json!({ "targetNames": ["smile", "Stirn hoch – ä"] }));
         // What is stored as integers is scaled by the node.
         let [scale, rounding] = match quantize {
-            true => [viewer.node[0][0] / 0.001, written.error.unwrap().worst],
+            true => [viewer.node[0][0] / 0.001, written.errors[0].worst],
             false => [1.0, 0.0],
         };
         for ((positions, to_normals), shape) in viewer.targets.iter().zip(&shapes) {

@@ -145,7 +145,7 @@ fn names_and_extras_say_what_it_is() {
     });
     assert_eq!(extras, expected);
 
-    let options = Options { clip: Some("take 7 – \"Wut\"".into()), ..Options::default() };
+    let options = Options { clips: vec!["take 7 – \"Wut\"".into()], ..Options::default() };
     animation.export_with(&path, &options).unwrap();
     let document = Viewer::open(&path).document;
     assert_eq!(document.animations().next().unwrap().name(), Some("take 7 – \"Wut\""));

@@ -17,7 +17,7 @@ fn node_folder() -> PathBuf {
 
 /// Runs a script of this folder. It gets the folder of npm's packages, then `files`, and prints a line of
 /// JSON for each.
-pub(super) fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
+pub(crate) fn node(script: &str, files: &[PathBuf]) -> Vec<Value> {
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats/gltf").join(script);
     let mut lines = Vec::new();
     for files in files.chunks(256) {

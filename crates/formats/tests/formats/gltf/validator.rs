@@ -30,7 +30,7 @@ pub(super) fn validate(files: &[PathBuf]) -> Vec<[Vec<String>; 3]> {
 }
 
 /// Fails if the validator has found anything in one of `files`.
-pub(super) fn assert_valid(files: &[PathBuf]) {
+pub(crate) fn assert_valid(files: &[PathBuf]) {
     for (file, [errors, warnings, infos]) in files.iter().zip(validate(files)) {
         assert_eq!((&errors, &warnings), (&vec![], &vec![]), "{}", file.display());
         // Every primitive has what the first one has.
