@@ -138,6 +138,8 @@ fn three_js_reads_the_text_as_it_reads_the_binary() {
     let mut made = with_everything(UvKind::PerCorner, 3, 75);
     // It fails on attributes with a colon in their name, metadata and no value at rest.
     made.others.retain(|other| other.channel.name == channel::VELOCITIES.name);
+    // It takes the head's first pose from binary files alone.
+    made.head = None;
     let files = ["face.usda", "face.usdc"].map(|name| folder.path().join(name));
     for file in &files {
         made.export(file).unwrap();
@@ -153,7 +155,7 @@ fn three_js_reads_the_text_as_it_reads_the_binary() {
         assert_eq!(read["corners"], corners);
         for (c, ends) in [("min", f32::min as fn(f32, f32) -> f32), ("max", f32::max)] {
             for axis in 0..3 {
-                // It shows the first frame, in head space.
+                // It shows the first frame.
                 let used = made.faces.indices.iter().map(|&v| made.frames[0][0][3 * v as usize + axis]);
                 let expected = f64::from(used.reduce(ends).unwrap()) * made.metres_per_unit;
                 let found = read[c][axis].as_f64().unwrap();
