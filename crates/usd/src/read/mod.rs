@@ -44,7 +44,7 @@ pub use primvar::read_primvar;
 /// # Errors
 /// As [`open()`], and [`Error::Input`] if there is anything but one animated mesh.
 pub fn decode_animation(bytes: Vec<u8>, name: &str) -> Result<Box<dyn AnimationReader>> {
-    Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned(), None)?))
+    Ok(Box::new(Animation::new(decode(bytes, name)?, name.to_owned(), None, None)?))
 }
 
 /// Opens the animation in the file `path`, whether it is in there or in parts within `reach` that the file

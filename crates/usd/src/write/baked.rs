@@ -10,10 +10,10 @@ use super::surface::{Surface, custom_data, extent};
 use super::textures;
 use crate::build::attribute;
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Value};
+use rayon::prelude::*;
 use rhytid_core::{AtomicFile, Error, Progress, Remedy, Result, RigidMotion, channel, human};
 use rhytid_export::morphs::{ClipErrors, Frames, Off, Target, Values};
 use rhytid_export::{Exporter, Frame, Options, Scene, Shape, ShapeSet, StatedRecipe, Written};
-use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
 /// The numbers of the attributes that have samples: the head, the box around the mesh, and then the weights of
