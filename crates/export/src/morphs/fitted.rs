@@ -56,7 +56,7 @@ pub(super) fn fit(
     };
     let mut offs = Offs::new(frames);
     for_each(frames, Attribute::Extra(extra), &moving, look, |clip, (worst, sum)| {
-        offs.add(clip, worst, sum)
+        offs.add(clip, worst, sum);
     })?;
     Ok((Fitted { base, targets }, offs.finish(frames)))
 }

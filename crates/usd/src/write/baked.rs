@@ -167,11 +167,11 @@ impl Exporter for Baked {
         let mut writer = LayerWriter::with(&path, encoding, &surface.into_layer(vec![skeleton]), attached)?;
         let mut first = 0;
         for (number, clip) in (FIRST_WEIGHTS..).zip(&clips) {
-            for frame in 0..clip.frames {
+            for (frame, extent) in extents[first..][..clip.frames].iter().enumerate() {
                 let time = clip.first_time_code + frame as f64;
                 writer.sample(number, time, Sample::Floats(weights(first + frame)))?;
                 if clips.len() == 1 {
-                    writer.sample(EXTENT, time, Sample::Float3s(&extents[frame]))?;
+                    writer.sample(EXTENT, time, Sample::Float3s(extent))?;
                 }
                 if let Some(motion) = head.get(frame) {
                     writer.sample(HEAD, time, Sample::Matrix4d(&of_rows(motion)))?;
