@@ -3,7 +3,7 @@
 use crate::real_take::{target, truth};
 use glam::DVec3;
 use rhytid_capture::{Cleaned, Settings, Step, Target, clean};
-use rhytid_core::{NoProgress, RawTake, Take};
+use rhytid_core::{NoProgress, RawTake, Take, Warning};
 use rhytid_formats::{mesh, raw_take, tables};
 use rhytid_test_support::shared;
 use std::io::Write;
@@ -113,7 +113,7 @@ fn a_take_without_a_neutral_face_says_so() {
     let (Some(raw), Some(own), Some(another)) = (raw(), own(), another()) else { return };
     for target in [&own, &another] {
         let speech = cleaned("speech", reordered(&raw, 900..1500), target);
-        let says = |w: &rhytid_core::Warning| {
+        let says = |w: &Warning| {
             w.sentence().contains("no half second of the take is surely the neutral face")
                 && !w.remedies().is_empty()
         };
@@ -132,7 +132,7 @@ fn a_take_that_is_too_short_says_so() {
     let (Some(raw), Some(own)) = (raw(), own()) else { return };
     for (frames, expected) in [(2, Some("2 frames, 0.017 s")), (5, Some("5 frames, 0.042 s")), (60, None)] {
         let found = cleaned("short", reordered(&raw, 0..frames), &own);
-        let said: Vec<&str> = found.report.warnings.iter().map(|w| w.sentence()).collect();
+        let said: Vec<&str> = found.report.warnings.iter().map(Warning::sentence).collect();
         let said = said.iter().find(|said| said.contains("half a second is needed"));
         match expected {
             Some(expected) => assert!(said.is_some_and(|said| said.contains(expected)), "{said:?}"),

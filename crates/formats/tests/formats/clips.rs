@@ -85,7 +85,7 @@ fn three_js_plays_each_clip_within_its_stated_error() {
         let written = export_clips(&made, &path, &options).unwrap();
         assert_eq!(written.errors.len(), 3);
         assert_valid(std::slice::from_ref(&path));
-        let shown = &node("clips.mjs", &[path.clone()])[0]["clips"];
+        let shown = &node("clips.mjs", std::slice::from_ref(&path))[0]["clips"];
         for (i, (take, name)) in made.iter().zip(NAMES).enumerate() {
             let clip = &shown[i];
             assert_eq!(clip["name"], name);

@@ -3,7 +3,7 @@
 use super::common::{files_in, input_error, python, python_usd_24_3, root, run};
 use crate::animation::{Animation, UvKind};
 use crate::gltf::textures::{assert_same, options, picture, textured};
-use rhytid_core::{Materials, NoProgress, Reach, Transparency};
+use rhytid_core::{Material, Materials, NoProgress, Reach, Transparency};
 use rhytid_formats::animation;
 use rhytid_formats::export::{Options, Shape, Shapes, TextureFiles};
 use rhytid_formats::mesh::{read, read_looks};
@@ -18,7 +18,7 @@ fn looks(uvs: UvKind) -> Animation {
     let mut animation = textured(uvs);
     let materials = animation.materials.as_mut().unwrap();
     for (name, stated) in [("glass: left", None), ("hair", Some(1))] {
-        let mut material = rhytid_core::Material::new(name);
+        let mut material = Material::new(name);
         material.stated.opacity = Some(0.25);
         material.stated.texture = stated;
         let number = materials.list.len() as u32;
@@ -36,8 +36,8 @@ fn expectation(animation: &Animation, with_textures: bool) -> Value {
         .iter()
         .map(|&index| {
             let material = materials.list.get(index as usize);
-            let look = material.map_or(Materials::look_without(), |material| material.look());
-            let texture = look.texture.filter(|_| with_textures);
+            let look = if with_textures { Material::look } else { Material::look_without_texture };
+            let look = material.map_or(Materials::look_without(), look);
             json!({
                 "name": material.map_or(if materials.list.is_empty() { "skin" } else { "skin_1" }, |material| &material.name),
                 "color": look.base_color,
@@ -47,7 +47,7 @@ fn expectation(animation: &Animation, with_textures: bool) -> Value {
                 "roughness": look.roughness,
                 "metallic": look.metallic,
                 "default": look.is_default,
-                "image": texture.map(|texture| &*materials.textures[texture as usize].bytes),
+                "image": look.texture.map(|texture| &*materials.textures[texture as usize].bytes),
             })
         })
         .collect();
@@ -240,7 +240,7 @@ fn the_neutral_of_an_export_has_the_looks_that_were_exported() {
             let wanted = expected.list.get(wanted as usize);
             let name = wanted.map_or("skin_1", |material| &material.name);
             assert_eq!(found_material.name, name, "face {face}");
-            let look = wanted.map_or(Materials::look_without(), |material| material.look());
+            let look = wanted.map_or(Materials::look_without(), Material::look);
             let found_look = found_material.look();
             let bytes = |materials: &Materials, texture: Option<u32>| {
                 texture.map(|texture| materials.textures[texture as usize].bytes.clone())
@@ -278,7 +278,7 @@ fn blender_shows_the_looks() {
             ("hair", materials.list.get(4)),
             ("skin_1", None),
         ] {
-            let look = material.map_or(Materials::look_without(), |material| material.look());
+            let look = material.map_or(Materials::look_without(), Material::look);
             let found = found(name);
             close(&found["roughness"], look.roughness, name);
             close(&found["metallic"], look.metallic, name);
