@@ -11,10 +11,10 @@ use rhytid_kernels::normals::vertex_normal;
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Reads shapes of the mesh of `rig`, in its unit, its axes and its order of vertices. These are the blend shapes
-/// of a glTF or USD file, or the examples of a project file or of a rig. They can also be all meshes of a
-/// folder, or those whose names fit a pattern. With `with_normals`, the shapes have normals, computed from their
-/// triangles. A rig's examples are evaluated on the first of `devices` that has room for it.
+/// Reads shapes of the mesh of `rig`, in its unit, its axes and its order of vertices. These are the blend
+/// shapes of a glTF or USD file, or the examples of a project file or of a rig. They can also be all meshes
+/// of a folder, or those whose names fit a pattern. With `with_normals`, the shapes have normals, computed
+/// from their triangles. A rig's examples are evaluated on the first of `devices` that has room for it.
 ///
 /// # Errors
 /// [`Error::Input`] if there are no shapes, or if they are of a mesh with other vertices. [`Error::Io`];
@@ -147,8 +147,8 @@ fn order(mesh: &Mesh, rig: &Rig) -> Option<Vec<usize>> {
     })
 }
 
-/// Whether the first V vertices of the mesh are joined to triangles as the rig's are. A copy of a vertex, in the
-/// same place, counts as the vertex.
+/// Whether the first V vertices of the mesh are joined to triangles as the rig's are. A copy of a vertex, in
+/// the same place, counts as the vertex.
 fn joins_as(mesh: &Mesh, rig: &Rig) -> bool {
     if mesh.positions.len() == rig.vertices() {
         return joins_polygons(mesh, rig);

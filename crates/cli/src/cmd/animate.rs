@@ -321,7 +321,8 @@ pub(super) fn perform(
     Performance::new(recipe, rig, take, layers)
 }
 
-/// Says what is likely wrong with a take, and which options change nothing. `path` is the take's, if it has one.
+/// Says what is likely wrong with a take, and which options change nothing. `path` is the take's, if it has
+/// one.
 pub(super) fn warn(
     args: &args::Animate,
     format: Format,

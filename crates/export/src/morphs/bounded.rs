@@ -1,9 +1,9 @@
-//! Least squares with weights from 0 to 1: the w of least `½ wᵀ G w − bᵀ w`, by an active-set method (Stark and
-//! Parker, Bounded-variable least squares, 1995).
+//! Least squares with weights from 0 to 1: the w of least `½ wᵀ G w − bᵀ w`, by an active-set method (Stark
+//! and Parker, Bounded-variable least squares, 1995).
 //!
-//! Each weight is at 0, at 1 or free. The free ones solve their part of the normal equations. If a solution is
-//! out of bounds, the weights move towards it until the first one is at its bound, and stay there. Then the
-//! weight whose gradient points inwards most is freed. No gradient points inwards at the best weights.
+//! Each weight is at 0, at 1 or free. The free ones solve their part of the normal equations. If a solution
+//! is out of bounds, the weights move towards it until the first one is at its bound, and stay there. Then
+//! the weight whose gradient points inwards most is freed. No gradient points inwards at the best weights.
 
 use super::weights::solve;
 use faer::Mat;

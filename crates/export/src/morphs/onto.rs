@@ -11,16 +11,17 @@ use faer::{Accum, Mat, MatRef, Par};
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result};
 
-/// This part of the shapes' mean square is added to each, so that shapes that are the same share their weight.
+/// This part of the shapes' mean square is added to each, so that shapes that are the same share their
+/// weight.
 const RIDGE: f64 = 1e-10;
 
 /// Tasks whose sums are in memory at a time.
 const TASKS: usize = 16;
 
 impl Frames {
-    /// The weights with which the shapes of `set` come as near to each frame as possible, in the least-squares
-    /// sense over the vertices. The base and the targets are those of the set. [`Morphs::clips`] has the
-    /// errors.
+    /// The weights with which the shapes of `set` come as near to each frame as possible, in the
+    /// least-squares sense over the vertices. The base and the targets are those of the set.
+    /// [`Morphs::clips`] has the errors.
     ///
     /// # Errors
     /// [`Error::Input`] if there is no frame, no vertex or no shape, or if the set has another number of

@@ -1,5 +1,5 @@
-//! Several takes as clips of one mesh with one set of shapes: as three.js and USD's own library play them, and read
-//! back.
+//! Several takes as clips of one mesh with one set of shapes: as three.js and USD's own library play them,
+//! and read back.
 
 use crate::animation::{Animation, UvKind, animation, export_clips};
 use crate::export::common::{input_error, python, root, run};

@@ -80,9 +80,9 @@ const ROUNDING: f64 = 1e-4;
 
 /// Writes weights of shapes as CSV, a row for each frame from the time code `first` on.
 ///
-/// If all `names` are those of ARKit's shapes, in any spelling, and `rate` is one that time codes count in, the
-/// columns are those of Live Link Face. Shapes that are not among the names are 0. Otherwise the file is as
-/// [`write_curves`] writes it. `values` are frames × names.
+/// If all `names` are those of ARKit's shapes, in any spelling, and `rate` is one that time codes count in,
+/// the columns are those of Live Link Face. Shapes that are not among the names are 0. Otherwise the file is
+/// as [`write_curves`] writes it. `values` are frames × names.
 ///
 /// # Errors
 /// [`Error::Input`] if the folder does not exist; [`Error::Io`].
@@ -95,7 +95,8 @@ pub fn write_weights(path: &Path, names: &[String], first: usize, rate: f64, val
     }
 }
 
-/// For each of the app's columns the number of its name; `None` if a name has no column, or two have the same.
+/// For each of the app's columns the number of its name; `None` if a name has no column, or two have the
+/// same.
 fn places(names: &[String]) -> Option<Vec<Option<usize>>> {
     let keys: Vec<Key> = names.iter().map(|name| Key::of(name)).collect();
     let place = |column: &&str| {
