@@ -1,5 +1,5 @@
-//! Any two files as a mesh and an image that it names. The looks that are read are sound materials, or there is
-//! an error. The input is the mesh's format in a byte, the size of the mesh in 4 bytes, the mesh, and the image.
+//! Any two files as a mesh and an image that it names. The looks that are read are sound materials, or there
+//! is an error. The input is the format in a byte, the size of the mesh in 4 bytes, the mesh, and the image.
 #![no_main]
 use libfuzzer_sys::fuzz_target;
 use rhytid_core::{Error, Faces, Materials, Reach};

@@ -11,9 +11,9 @@ use rhytid_geometry::components;
 use std::collections::HashSet;
 use std::ops::RangeInclusive;
 
-/// A part inside of an eyeball reaches at most so far from its centre, in radii of its white, and so far if it
-/// is also around the centre: then its front is in the cornea.
+/// A part inside of an eyeball reaches at most so far from its centre, in radii of its white.
 const INSIDE: f64 = 1.02;
+/// A part around the centre reaches at most so far. Its front is in the cornea.
 const INSIDE_CORNEA: f64 = 1.25;
 
 /// The middle of a part in front of an eyeball is at least so far forward of its centre, in its radii.
@@ -26,9 +26,9 @@ const LASHES: f64 = 2.6;
 /// Teeth are so many parts. Those of a beard are more.
 const TEETH: RangeInclusive<usize> = 8..=64;
 
-/// A tooth with its root is no larger than this share of the distance between the eyes, and all teeth together
-/// are no wider than this one.
+/// A tooth with its root is no larger than this share of the distance between the eyes.
 const LARGEST_TOOTH: f64 = 0.6;
+/// All teeth together are no wider than this share.
 const WIDEST_TEETH: f64 = 1.4;
 
 /// A part with its box.

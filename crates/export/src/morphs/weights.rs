@@ -1,10 +1,11 @@
 //! The weights of all frames, for shapes that were found for some of them.
 //!
-//! The start is what is known of a frame from the search before, or least squares. If it leaves vertices of a frame beyond the bound, the weights of that frame
-//! are moved until all are within it, by the least motion of the other vertices. That is a step of Newton's
-//! method for `Σ_v max(0, |r_v| − radius)² + λ |T δ|²`, where r_v is how far vertex v is from its place, and
-//! δ the change of the weights. The steps look at the vertices near the bound. All vertices are looked at
-//! after some steps. A frame counts as met only if all its vertices are within the bound.
+//! The start is what is known of a frame from the search before, or least squares. If it leaves vertices of a
+//! frame beyond the bound, the weights of that frame are moved until all are within it, by the least motion
+//! of the other vertices. That is a step of Newton's method for `Σ_v max(0, |r_v| − radius)² + λ |T δ|²`,
+//! where r_v is how far vertex v is from its place, and δ the change of the weights. The steps look at the
+//! vertices near the bound. All vertices are looked at after some steps. A frame counts as met only if all
+//! its vertices are within the bound.
 
 use super::factors::Fit;
 use super::frames::{Attribute, Frames};

@@ -45,7 +45,8 @@ impl Looks {
         materials.textures = kept.into_iter().map(|texture| self.textures[texture].clone()).collect();
     }
 
-    /// The same without images: see [`StatedLook::without_texture`](rhytid_core::StatedLook::without_texture).
+    /// The same without images: see
+    /// [`StatedLook::without_texture`](rhytid_core::StatedLook::without_texture).
     #[must_use]
     pub fn without_textures(mut self) -> Self {
         self.textures.clear();

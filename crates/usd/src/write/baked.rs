@@ -16,8 +16,8 @@ use rhytid_export::morphs::{ClipErrors, Frames, Off, Target, Values};
 use rhytid_export::{Exporter, Frame, Options, Scene, Shape, ShapeSet, StatedRecipe, Written};
 use std::path::{Path, PathBuf};
 
-/// The numbers of the attributes that have samples: the head, the box around the mesh, and then the weights of
-/// each clip.
+/// The numbers of the attributes that have samples: the head, the box around the mesh, and then the weights
+/// of each clip.
 const HEAD: usize = 0;
 const EXTENT: usize = 1;
 const FIRST_WEIGHTS: usize = 2;
@@ -67,11 +67,10 @@ pub struct Baked {
 impl Baked {
     /// Keeps what does not move.
     ///
-    /// # Errors
-    /// [`Error::Input`] if the scene has channels other than normals, for which there is no place, or the
-    /// folder does not exist, or for textures where this encoding has no place for them. Also if one of several
-    /// clips has another rate or says how the head moves: a stage has one rate, and the mesh one transform.
-    /// [`Error::Io`].
+    /// # Errors [`Error::Input`] if the scene has channels other than normals, for which there is no place,
+    ///   or the folder does not exist, or for textures where this encoding has no place for them. Also if one
+    ///   of several clips has another rate or says how the head moves: a stage has one rate, and the mesh one
+    ///   transform. [`Error::Io`].
     pub fn create(
         path: &Path,
         encoding: Encoding,
