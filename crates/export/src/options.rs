@@ -10,7 +10,7 @@ pub struct Options {
     pub max_error: Option<f64>,
     /// glTF and USD: the number of morph targets (blend shapes), at least 1; not together with `max_error`.
     /// Fewer are written if all frames need fewer. The deviation of the frames has no bound;
-    /// [`super::Written::error`] and the file state it.
+    /// [`super::Written::errors`] and the file state it.
     pub shapes: Option<usize>,
     /// glTF and USD: shapes that are there already; not together with `max_error` or `shapes`. Only their
     /// weights are found, each from 0 to 1. [`super::Written::errors`] and the file state the deviation.
