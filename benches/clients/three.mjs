@@ -11,6 +11,23 @@ globalThis.createImageBitmap = async (blob) => {
     if (size === null) throw new Error("the image is no PNG");
     return { width: size[0], height: size[1], close() {} };
 };
+// The images that USD's loader waits for, with the little that it asks of them.
+const loading = [];
+class Image {
+    #heard = {};
+    addEventListener(event, listener) {
+        this.#heard[event] = listener;
+    }
+    removeEventListener() {}
+    set src(url) {
+        const found = fetch(url).then((response) => response.arrayBuffer()).then((bytes) => {
+            [this.width, this.height] = sizeOfPng(new Uint8Array(bytes));
+            this.#heard.load.call(this);
+        });
+        loading.push(found.catch((error) => this.#heard.error(error)));
+    }
+}
+globalThis.document = { createElementNS: () => new Image() };
 const fetched = globalThis.fetch;
 globalThis.fetch = async (request, options) => {
     const url = typeof request === "string" ? request : request.url;
@@ -40,6 +57,7 @@ async function read(file) {
         [root, clips] = [gltf.scene, gltf.animations];
     } else {
         root = new USDLoader().parse(buffer, path.dirname(file) + "/");
+        await Promise.all(loading.splice(0));
         clips = root.animations ?? [];
     }
     new THREE.Scene().add(root);

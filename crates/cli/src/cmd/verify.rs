@@ -67,7 +67,8 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             );
         }
     }
-    let performance = Performance::new(recipe, rig, take, layers)?;
+    let performance = Performance::new(recipe, rig, take, layers);
+    let performance = performance.map_err(|error| error.in_file(args.take.display()))?;
     let (rig, selection) = (&performance.rig, &performance.selection);
     for (what, found, expected) in [
         ("frames", summary.frames as f64, selection.inner.len() as f64),

@@ -86,7 +86,7 @@ fn one_set_of_shapes_for_many_takes() {
             let output = verify.arg("--clip").arg(name).output().unwrap();
             assert!(output.status.success(), "{}", stderr(&output));
         }
-        let said = stderr(&fixture.rhytid(&animate).output().unwrap());
+        let said = fixture.done(&animate);
         assert!(said.contains("--take more/take.csv --clip \"take 2\""), "{said}");
     }
 }
@@ -101,7 +101,7 @@ fn a_clip_is_compared_with_its_own_take() {
         fixture.done(&format!("{verify} --take other.csv"));
         fixture.refused(
             &format!("{verify} --take other.csv --clip take"),
-            &["has 20 frames, expected 12 from other.csv"],
+            &["other.csv: the frames 0..20: the take has 12 frames"],
         );
         fixture.refused(
             &format!("{verify} --take more/take.csv --clip run"),
