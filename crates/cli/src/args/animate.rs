@@ -108,8 +108,7 @@ pub(crate) struct Animate {
     #[command(flatten)]
     pub reading: TakeReading,
 
-    /// Find only the weights of shapes that are there: a file with blend shapes, a folder, a project or a
-    /// rig.
+    /// Find only the weights of given shapes: of a file, a folder, a project or a rig.
     ///
     /// They are shapes of the rig's mesh, in a glTF or USD file, a folder of meshes, a project file or a rig.
     /// Each frame comes as near as weights from 0 to 1 allow, and the error is printed. OUT is a mesh with

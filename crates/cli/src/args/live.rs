@@ -38,7 +38,7 @@ pub(crate) struct Listen {
     /// With --listen: how long to wait for a frame [default: 30].
     ///
     /// After this time without a frame the recording ends. Without any frame, that is an error.
-    #[arg(long, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds, help_heading = LIVE)]
+    #[arg(long, hide_short_help = true, value_name = "SECONDS", requires = "listen", value_parser = parse_seconds, help_heading = LIVE)]
     pub timeout: Option<Duration>,
 
     #[command(flatten)]
@@ -69,11 +69,11 @@ pub(crate) struct Sender {
 
     /// With --world: the axes that the mesh's x, y and z are, such as +x+z-y [default: those in which the
     /// actor looks where the rig looks].
-    #[arg(long, value_name = "AXES", allow_hyphen_values = true, requires = "world", help_heading = LIVE)]
+    #[arg(long, hide_short_help = true, value_name = "AXES", allow_hyphen_values = true, requires = "world", help_heading = LIVE)]
     pub axes: Option<Axes>,
 
     /// With --world: the neutral frames A to B-1, counted from 0.
-    #[arg(long, value_name = "A..B", requires = "world", help_heading = LIVE)]
+    #[arg(long, hide_short_help = true, value_name = "A..B", requires = "world", help_heading = LIVE)]
     pub neutral: Option<FrameRange>,
 }
 
