@@ -110,11 +110,11 @@ fn a_clip_is_compared_with_its_own_take() {
     }
     // Another frame has the largest error of the second clip.
     let text = fixture.read_text("a.usda");
-    let stated = text.find("double frame =").unwrap();
-    let stated = stated + text[stated + 1..].find("double frame =").unwrap() + 1;
+    let stated = text.find("double \"frame\" =").unwrap();
+    let stated = stated + text[stated + 1..].find("double \"frame\" =").unwrap() + 1;
     let end = stated + text[stated..].find('\n').unwrap();
     let other = if text[stated..end].ends_with("= 3") { 4 } else { 3 };
-    fixture.write("a.usda", format!("{}double frame = {other}{}", &text[..stated], &text[end..]));
+    fixture.write("a.usda", format!("{}double \"frame\" = {other}{}", &text[..stated], &text[end..]));
     let verify = "verify a.usda --rig face.safetensors";
     fixture.done(&format!("{verify} --take take.csv"));
     let output = fixture.rhytid(&format!("{verify} --take other.csv")).output().unwrap();

@@ -181,6 +181,10 @@ fn usd_faults(text: &str) -> Vec<Fault> {
     for range in statements(text) {
         let statement = &text[range.clone()];
         let name = statement.split(" = ").next().unwrap().trim().to_owned();
+        // Names for people are theirs to change.
+        if name == "displayName" {
+            continue;
+        }
         let with = |other: &str| format!("{}{other}{}", &text[..range.start], &text[range.end..]);
         let mut add = |what: &str, other: &str| {
             faults.push(Fault { what: format!("{name} {what}"), text: with(other) });

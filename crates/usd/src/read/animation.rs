@@ -9,7 +9,7 @@ use super::shapes::Shapes;
 use crate::channels;
 use crate::compare::differences;
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Specifier, Value};
-use crate::write::{Assets, Choices, accept, animation_layer, baked_layer, display_name};
+use crate::write::{Assets, Choices, accept, animation_layer, baked_layer};
 use rhytid_core::channel::{self, Channel, Timing};
 use rhytid_core::{Error, Faces, Result, UpAxis};
 use rhytid_export::{AnimationReader, Scene, StatedError, Summary, clip_number};
@@ -177,13 +177,7 @@ fn with_shapes(layer: &Layer, scene: &Scene<'_>, choices: &Choices) -> Result<La
     let children = shapes.cloned().map(|mut shape| {
         shape.specifier = Specifier::Def;
         shape.properties.retain(is_known);
-        let data = dictionary(&shape.metadata, "customData");
-        let original = match data.and_then(|data| field(data, "name")) {
-            Some(Value::String(original)) => original.as_str(),
-            _ => "",
-        };
-        let metadata = display_name(&shape.name, original).into_iter().collect();
-        Prim { metadata, children: Vec::new(), ..shape }
+        Prim { metadata: Fields::new(), children: Vec::new(), ..shape }
     });
     // Along the path, each prim is the only one, and the first child of the last is the mesh.
     let (_, above) = face.path.split_last().ok_or_else(was_there)?;

@@ -26,7 +26,6 @@ pub(super) use crate_file::CrateWriter;
 pub use face::Face;
 pub(crate) use face::animation_layer;
 pub use layer_writer::{Encoding, LayerWriter};
-pub(crate) use names::display_name;
 pub use sample::Sample;
 pub use shapes::write_shapes;
 pub(super) use surface::custom_data;

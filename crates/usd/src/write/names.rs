@@ -3,7 +3,7 @@ use crate::layer::Value;
 use std::collections::HashSet;
 
 /// The field with the name that people gave, where a prim may not be called so.
-pub(crate) fn display_name(identifier: &str, original: &str) -> Option<(String, Value)> {
+pub(super) fn display_name(identifier: &str, original: &str) -> Option<(String, Value)> {
     let is_other = identifier != original && !original.is_empty();
     is_other.then(|| ("displayName".into(), Value::String(original.into())))
 }
