@@ -60,7 +60,7 @@ pub(crate) struct Sender {
     pub world: bool,
 
     /// With --world: the rigid markers [default: markers of no handle that keep their distances].
-    #[arg(long, value_name = "A,B,C", value_delimiter = ',', requires = "world", help_heading = LIVE)]
+    #[arg(long, hide_short_help = true, value_name = "A,B,C", value_delimiter = ',', requires = "world", help_heading = LIVE)]
     pub rigid: Option<Vec<String>>,
 
     /// With --world: the unit of the positions [default: what fits the rig's size].
