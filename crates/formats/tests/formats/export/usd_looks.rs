@@ -1,11 +1,12 @@
 //! The looks of materials in USD, as USD's own library, Blender and Rhytid read them.
 
 use super::common::{files_in, input_error, python, python_usd_24_3, root, run};
+use super::usd_shapes::described;
 use crate::animation::{Animation, UvKind};
 use crate::gltf::textures::{assert_same, options, picture, textured};
 use rhytid_core::{Material, Materials, NoProgress, Reach, Transparency};
 use rhytid_formats::animation;
-use rhytid_formats::export::{Options, Shape, Shapes, TextureFiles};
+use rhytid_formats::export::{Options, Shape, TextureFiles};
 use rhytid_formats::mesh::{read, read_looks};
 use rhytid_test_support::{Logged, installed};
 use serde_json::{Value, json};
@@ -69,23 +70,6 @@ impl Cases {
     }
 }
 
-fn shapes<'a>(animation: &'a Animation, shapes: &'a [Shape]) -> Shapes<'a> {
-    let scene = animation.scene();
-    Shapes {
-        name: scene.name,
-        rest: scene.rest,
-        rest_normals: scene.rest_normals,
-        faces: scene.faces,
-        triangle_corners: scene.triangle_corners,
-        uvs: scene.uvs,
-        materials: scene.materials,
-        metres_per_unit: scene.metres_per_unit,
-        up_axis: scene.up_axis,
-        recipe: scene.recipe,
-        shapes,
-    }
-}
-
 #[test]
 fn usd_finds_every_look_and_every_image() {
     let folder = tempfile::tempdir().unwrap();
@@ -119,7 +103,7 @@ fn usd_finds_every_look_and_every_image() {
             normal_offsets: None,
         };
         let of_rig = folder.path().join(format!("shapes {uvs:?}.usd"));
-        animation::write_shapes(&of_rig, &shapes(&animation, &[shape]), &Options::default(), &NoProgress)
+        animation::write_shapes(&of_rig, &described(&animation, &[shape]), &Options::default(), &NoProgress)
             .unwrap();
         cases.0.push((of_rig, expectation(&animation, has_uvs)));
         let baked = folder.path().join(format!("baked {uvs:?}.usdz"));

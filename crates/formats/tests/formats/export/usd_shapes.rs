@@ -58,7 +58,8 @@ fn check(python: &Path) {
     }
 }
 
-fn described<'a>(animation: &'a crate::animation::Animation, shapes: &'a [Shape]) -> Shapes<'a> {
+/// Shapes of the mesh of an animation.
+pub(super) fn described<'a>(animation: &'a crate::animation::Animation, shapes: &'a [Shape]) -> Shapes<'a> {
     let scene = animation.scene();
     Shapes {
         name: scene.name,
