@@ -7,7 +7,7 @@
 //! are stored, because they need the fewest levels.
 
 use super::factors::{Fit, follow, outer};
-use super::linear::{eigen, product};
+use super::linear::{cholesky, eigen, product, solve_lower};
 use faer::Mat;
 use rhytid_core::Result;
 
@@ -43,10 +43,10 @@ pub(super) fn turn(fit: Fit, all: &Mat<f64>) -> Result<Basis> {
         _ => axes[(i - 1, j - 1)],
     });
     let turn = product(axes.transpose(), l.transpose());
-    let weights = product(solve(&l, all).as_ref(), axes.as_ref());
+    let weights = product(solve_lower(&l, all).as_ref(), axes.as_ref());
     follow(&mut t, &turn, n);
     let c = cholesky(&product(all.transpose(), all.as_ref()));
-    let (q, turn) = (solve(&c, all), solve(&c, &turn));
+    let (q, turn) = (solve_lower(&c, all), solve_lower(&c, &turn));
     Ok(Basis { q, turn, weights, t })
 }
 
@@ -61,43 +61,11 @@ fn design(q: &Mat<f64>) -> Vec<f64> {
     let (f, n) = (q.nrows(), q.ncols());
     let mut d = vec![1.0 / f as f64; f];
     for _ in 0..STEPS {
-        let w = solve(&cholesky(&moment(q, &d)), q);
+        let w = solve_lower(&cholesky(&moment(q, &d)), q);
         for (i, d) in d.iter_mut().enumerate() {
             let square: f64 = (0..n).map(|j| w[(i, j)] * w[(i, j)]).sum();
             *d *= square / n as f64;
         }
     }
     d
-}
-
-/// The lower triangle L with `L Lᵀ = h`, for a positive definite h.
-pub(super) fn cholesky(h: &Mat<f64>) -> Mat<f64> {
-    let n = h.nrows();
-    let mut l = Mat::<f64>::zeros(n, n);
-    for j in 0..n {
-        for i in j..n {
-            let known: f64 = (0..j).map(|k| l[(i, k)] * l[(j, k)]).sum();
-            let rest = h[(i, j)] - known;
-            l[(i, j)] = if i == j { rest.max(1e-14 * h[(j, j)]).sqrt() } else { rest / l[(j, j)] };
-        }
-    }
-    l
-}
-
-/// `Q L⁻ᵀ`.
-pub(super) fn solve(l: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
-    let n = l.nrows();
-    let mut w = q.clone();
-    for j in 0..n {
-        for k in 0..j {
-            let factor = l[(j, k)];
-            for i in 0..w.nrows() {
-                w[(i, j)] -= factor * w[(i, k)];
-            }
-        }
-        for i in 0..w.nrows() {
-            w[(i, j)] /= l[(j, j)];
-        }
-    }
-    w
 }

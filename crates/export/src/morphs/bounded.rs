@@ -5,7 +5,7 @@
 //! is out of bounds, the weights move towards it until the first one is at its bound, and stay there. Then
 //! the weight whose gradient points inwards most is freed. No gradient points inwards at the best weights.
 
-use super::weights::solve;
+use super::linear::solve;
 use faer::Mat;
 
 /// Gradients below this part of the largest right side are rounding.
@@ -26,7 +26,7 @@ enum Place {
 pub(super) fn fit(gram: &Mat<f64>, wanted: &[f64]) -> Vec<f64> {
     let n = wanted.len();
     // The weights without bounds show which of them will be at one.
-    let mut weights = solve(gram.clone(), wanted.to_vec());
+    let mut weights = solve(gram, wanted.to_vec());
     let place = |w: &f64| match *w {
         w if w > 0.0 && w < 1.0 => Place::Free,
         w if w >= 1.0 => Place::Upper,
@@ -74,7 +74,7 @@ fn settle(gram: &Mat<f64>, wanted: &[f64], weights: &mut [f64], places: &mut [Pl
         };
         let right = free.iter().map(|&k| wanted[k] - held(k)).collect();
         let system = Mat::from_fn(free.len(), free.len(), |i, j| gram[(free[i], free[j])]);
-        let best = solve(system, right);
+        let best = solve(&system, right);
         // How far each weight may move towards its best value.
         let reach = |(&k, &to): (&usize, &f64)| match to {
             to if to < 0.0 => weights[k] / (weights[k] - to),
@@ -110,7 +110,7 @@ mod tests {
             let mut weights: Vec<f64> = (0..n).map(|k| if digit(k) == 1 { 1.0 } else { 0.0 }).collect();
             let right = |&k: &usize| wanted[k] - (0..n).map(|l| gram[(k, l)] * weights[l]).sum::<f64>();
             let right = free.iter().map(right).collect();
-            let solved = solve(Mat::from_fn(free.len(), free.len(), |i, j| gram[(free[i], free[j])]), right);
+            let solved = solve(&Mat::from_fn(free.len(), free.len(), |i, j| gram[(free[i], free[j])]), right);
             free.iter().zip(solved).for_each(|(&k, w)| weights[k] = w);
             if weights.iter().all(|w| (-1e-12..=1.0 + 1e-12).contains(w)) {
                 least = least.min(value(gram, wanted, &weights));

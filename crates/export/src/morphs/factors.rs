@@ -57,8 +57,9 @@ pub(super) fn project(
     let numbers = 3 * frames.vertices();
     let q = narrow(q);
     let mut t = vec![0.0; n * numbers];
+    let mut values = Vec::new();
     for range in frames.batches() {
-        let mut values = frames.batch(attribute, range.clone())?;
+        frames.batch(attribute, range.clone(), &mut values)?;
         values.par_chunks_mut(numbers.max(1)).for_each(|frame| {
             frame.iter_mut().zip(center).for_each(|(x, center)| *x -= center);
         });

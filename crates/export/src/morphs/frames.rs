@@ -11,8 +11,11 @@ use std::io::{Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// Memory for a block of vertices, in bytes.
-const BLOCK_BYTES: usize = 1 << 27;
+/// Memory for a block of vertices, in bytes. A block that has all vertices is read once in a search.
+const BLOCK_BYTES: usize = 1 << 28;
+
+/// Memory for a batch of frames, in bytes.
+const BATCH_BYTES: usize = 1 << 26;
 
 /// Vertices that one task works on. Sums over tasks are taken in order, so that threads do not matter.
 pub(super) const TASK: usize = 256;
@@ -252,7 +255,7 @@ impl Frames {
 
     /// The batches that the frames are read in. The frames of a batch belong to one clip.
     pub fn batches(&self) -> Vec<Range<usize>> {
-        let size = (BLOCK_BYTES / (12 * self.vertices.max(1))).max(LEAST_BATCH);
+        let size = (BATCH_BYTES / (12 * self.vertices.max(1))).max(LEAST_BATCH);
         let frames = self.frames();
         let mut batches: Vec<Range<usize>> = Vec::new();
         for frame in 0..frames {
@@ -266,17 +269,17 @@ impl Frames {
         batches
     }
 
-    /// Reads a batch: 3V numbers of each frame.
+    /// Reads a batch into `values`, which then has 3V numbers of each frame.
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn batch(&mut self, attribute: Attribute, frames: Range<usize>) -> Result<Vec<f32>> {
+    pub fn batch(&mut self, attribute: Attribute, frames: Range<usize>, values: &mut Vec<f32>) -> Result<()> {
         let numbers = 3 * self.vertices;
-        let mut values = vec![0.0; frames.len() * numbers];
+        values.resize(frames.len() * numbers, 0.0);
         for (frame, row) in frames.zip(values.chunks_mut(numbers)) {
             self.read(attribute, frame, 0, row)?;
         }
-        Ok(values)
+        Ok(())
     }
 
     /// The first vertices of all blocks.

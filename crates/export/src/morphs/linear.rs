@@ -1,9 +1,12 @@
 //! The linear algebra that is needed here, with one order of every sum.
 
 use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::{LltRegularization, cholesky_in_place, cholesky_in_place_scratch};
 use faer::linalg::evd::{ComputeEigenvectors, self_adjoint_evd, self_adjoint_evd_scratch};
 use faer::linalg::matmul::matmul;
-use faer::{Accum, Mat, MatRef, Par};
+use faer::linalg::triangular_solve::{solve_lower_triangular_in_place, solve_upper_triangular_in_place};
+use faer::traits::RealField;
+use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rhytid_core::numbers::dot;
 use rhytid_core::{Error, Result};
 
@@ -40,10 +43,46 @@ pub(super) fn eigen(matrix: &Mat<f64>) -> Result<Eigen> {
 }
 
 /// `a b`.
-pub(super) fn product(a: MatRef<'_, f64>, b: MatRef<'_, f64>) -> Mat<f64> {
+pub(super) fn product<T: RealField>(a: MatRef<'_, T>, b: MatRef<'_, T>) -> Mat<T> {
     let mut result = Mat::zeros(a.nrows(), b.ncols());
-    matmul(result.as_mut(), Accum::Replace, a, b, 1.0, Par::Seq);
+    matmul(result.as_mut(), Accum::Replace, a, b, T::one_impl(), Par::Seq);
     result
+}
+
+/// The lower triangle L with `L Lᵀ = h`, for a positive definite h. Pivots that are zero but for rounding are
+/// 1e-14 of the largest number of the diagonal.
+pub(super) fn cholesky(h: &Mat<f64>) -> Mat<f64> {
+    let n = h.nrows();
+    let largest = (0..n).map(|i| h[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+    let least = LltRegularization {
+        dynamic_regularization_delta: 1e-14 * largest,
+        dynamic_regularization_epsilon: 1e-14 * largest,
+    };
+    let mut l = h.clone();
+    let scratch = cholesky_in_place_scratch::<f64>(n, Par::Seq, Default::default());
+    let stack = &mut MemBuffer::new(scratch);
+    match cholesky_in_place(l.as_mut(), least, Par::Seq, MemStack::new(stack), Default::default()) {
+        Ok(_) => Mat::from_fn(n, n, |i, j| if j > i { 0.0 } else { l[(i, j)] }),
+        // Some number of h is none.
+        Err(_) => Mat::full(n, n, f64::NAN),
+    }
+}
+
+/// `Q L⁻ᵀ`.
+pub(super) fn solve_lower(l: &Mat<f64>, q: &Mat<f64>) -> Mat<f64> {
+    let mut w = q.clone();
+    solve_lower_triangular_in_place(l.as_ref(), w.as_mut().transpose_mut(), Par::Seq);
+    w
+}
+
+/// The x with `h x = b`, for a positive definite h.
+pub(super) fn solve(h: &Mat<f64>, mut b: Vec<f64>) -> Vec<f64> {
+    let l = cholesky(h);
+    let n = b.len();
+    let mut x = MatMut::from_column_major_slice_mut(&mut b, n, 1);
+    solve_lower_triangular_in_place(l.as_ref(), x.as_mut(), Par::Seq);
+    solve_upper_triangular_in_place(l.transpose(), x, Par::Seq);
+    b
 }
 
 /// The orthonormal columns of `first`, and then the new directions in the columns of `from`: orthonormal, at
@@ -77,15 +116,26 @@ pub(super) fn extend<'a>(
     Mat::from_fn(first.nrows(), columns.len(), |i, j| columns[j][i])
 }
 
-/// The principal directions of the frames: the constant column first, then all F − 1 others, those that
-/// explain most first. `values[k]` belongs to `vectors[k + 1]`.
+/// The constant column, and then the principal directions of the frames, those that explain most first:
+/// all F − 1 others.
 ///
 /// # Errors
 /// As [`eigen`].
 pub(super) fn principal(gram: &Mat<f64>) -> Result<Eigen> {
     let n = gram.nrows();
-    let Eigen { values, vectors } = eigen(gram)?;
-    let constant = Mat::from_fn(n, 1, |_, _| 1.0 / (n as f64).sqrt());
-    let vectors = extend(&constant, (0..n).map(|j| vectors.col(j)), n);
+    principal_after(gram, &Mat::from_fn(n, 1, |_, _| 1.0 / (n as f64).sqrt()))
+}
+
+/// The orthonormal columns of `first`, and then the principal directions of what these leave of the frames,
+/// those that explain most first: F in all. `values[k]` belongs to column k after those of `first`.
+///
+/// # Errors
+/// As [`eigen`].
+pub(super) fn principal_after(gram: &Mat<f64>, first: &Mat<f64>) -> Result<Eigen> {
+    let n = gram.nrows();
+    let away = Mat::<f64>::identity(n, n) - product(first.as_ref(), first.transpose());
+    let left = product(product(away.as_ref(), gram.as_ref()).as_ref(), away.as_ref());
+    let Eigen { values, vectors } = eigen(&left)?;
+    let vectors = extend(first, (0..n).map(|j| vectors.col(j)), n);
     Ok(Eigen { values, vectors })
 }

@@ -6,11 +6,10 @@
 //! Thus the frames that the search looks at become the hardest of the take. If shapes are too few for these
 //! frames, they are too few for the take.
 
-use super::basis::{cholesky, solve};
 use super::factors::{Fit, follow};
 use super::fit;
 use super::frames::{Centred, Frames, Gram};
-use super::linear::{self, product};
+use super::linear::{self, cholesky, product, solve_lower};
 use super::search;
 use super::weights::{Known, Shapes};
 use faer::Mat;
@@ -111,13 +110,14 @@ pub(super) fn fewest(
         frames.choose(chosen.clone());
         let grown = grown(&fit, &before, &chosen, &found.known.weights);
         known = Some(found.known);
+        let before = grown.q.clone();
         let again = fit::fit(&mut Centred::new(frames, &gram), grown, bound, &mut tick(progress))?;
         fit = match again {
             Some(again) => again,
             None => {
                 let least = fit.q.ncols() - 1;
                 gram = frames.gram(progress)?;
-                let start = linear::principal(&gram.matrix)?;
+                let start = linear::principal_after(&gram.matrix, &before)?;
                 match search::fewest(frames, &gram, &start, bound, most, least, progress)? {
                     Some(fit) => fit,
                     None => {
@@ -254,5 +254,5 @@ fn grown(fit: &Fit, before: &[usize], chosen: &[usize], weights: &Mat<f64>) -> F
         let place = chosen.partition_point(|&frame| frame < before[multiplier.frame as usize]);
         multiplier.frame = place as u32;
     }
-    Fit { q: solve(&factor, &rows), t, multipliers }
+    Fit { q: solve_lower(&factor, &rows), t, multipliers }
 }

@@ -48,9 +48,10 @@ impl Frames {
         (0..n).for_each(|k| gram[(k, k)] += ridge.max(f64::MIN_POSITIVE));
         let all = self.frames();
         let mut weights: Vec<f32> = Vec::with_capacity(all * n);
+        let mut values = Vec::new();
         for batch in self.batches() {
             progress.step(NAME, batch.start as u64, all as u64)?;
-            let mut values = self.batch(Attribute::Positions, batch)?;
+            self.batch(Attribute::Positions, batch, &mut values)?;
             let numbers = set.base.as_flattened();
             values.par_chunks_mut(numbers.len()).for_each(|frame| {
                 frame.iter_mut().zip(numbers).for_each(|(x, base)| *x -= base);

@@ -61,8 +61,9 @@ where
     R: Send,
 {
     let (count, k) = (frames.vertices(), moving.targets);
+    let mut given = Vec::new();
     for range in frames.batches() {
-        let given = frames.batch(attribute, range.clone())?;
+        frames.batch(attribute, range.clone(), &mut given)?;
         let weights =
             Mat::from_fn(k, range.len(), |j, i| f64::from(moving.weights[(range.start + i) * k + j]));
         let look_at = |task: usize| {

@@ -9,7 +9,7 @@
 
 use super::factors::Fit;
 use super::frames::{Attribute, Frames};
-use super::linear::{eigen, product};
+use super::linear::{eigen, product, solve};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -24,7 +24,7 @@ const STEPS: usize = 8;
 /// Vertices with an error above this part of the bound take part in the steps.
 const NEAR: f32 = 0.7;
 /// Vertices are moved to this part of the bound.
-const RADIUS: f64 = 0.94;
+const RADIUS: f32 = 0.94;
 /// λ.
 const DAMPING: f64 = 1e-4;
 
@@ -134,9 +134,10 @@ impl Shapes {
         let (m, numbers, all) = (self.m, self.base.len(), chosen.len());
         let mut weights = Vec::with_capacity(all * m);
         let mut errors = Vec::with_capacity(all);
+        let mut values = Vec::new();
         for batch in frames.batches() {
             progress.step(NAME, batch.start as u64, all as u64)?;
-            let mut values = frames.batch(Attribute::Positions, batch.clone())?;
+            frames.batch(Attribute::Positions, batch.clone(), &mut values)?;
             let groups = values.par_chunks_mut(GROUP * numbers).zip(chosen[batch].par_chunks(GROUP));
             let found: Vec<Group<'_>> = groups
                 .map(|(y, frames)| {
@@ -261,8 +262,8 @@ impl<'a> Group<'a> {
         if frames.len() == self.errors.len() {
             return act(self.rest);
         }
-        let mut rests: Vec<f32> =
-            frames.iter().flat_map(|&i| &self.rest[i * numbers..][..numbers]).copied().collect();
+        let mut rests = Vec::with_capacity(frames.len() * numbers);
+        frames.iter().for_each(|&i| rests.extend_from_slice(&self.rest[i * numbers..][..numbers]));
         act(&mut rests);
         for (&i, rest) in frames.iter().zip(rests.chunks(numbers)) {
             self.rest[i * numbers..][..numbers].copy_from_slice(rest);
@@ -288,7 +289,16 @@ fn square(r: &[f32; 3]) -> f32 {
 
 /// The length of the longest vector.
 fn worst(rest: &[f32]) -> f32 {
-    rest.as_chunks::<3>().0.iter().map(square).fold(0.0, f32::max).sqrt()
+    // Several maxima, so that none waits for another one.
+    let mut most = [0.0_f32; 16];
+    let (groups, others) = rest.as_chunks::<48>();
+    for group in groups {
+        for (most, r) in most.iter_mut().zip(group.as_chunks::<3>().0) {
+            *most = most.max(square(r));
+        }
+    }
+    let others = others.as_chunks::<3>().0.iter().map(square);
+    most.into_iter().chain(others).fold(0.0, f32::max).sqrt()
 }
 
 /// A change of the weights that brings the vertices near the bound within it, or nearer.
@@ -298,24 +308,25 @@ fn improve(shapes: &Shapes, rest: &[f32], bound: f64, change: &mut [f32]) {
     let vectors = rest.as_chunks::<3>().0;
     let active: Vec<usize> = (0..vectors.len()).filter(|&v| square(&vectors[v]) > near).collect();
     // The columns of T of the active vertices, three for each.
-    let columns: Vec<f64> =
-        active.iter().flat_map(|&v| &shapes.t[3 * v * m..][..3 * m]).map(|&t| f64::from(t)).collect();
+    let mut columns: Vec<f32> = Vec::with_capacity(active.len() * 3 * m);
+    active.iter().for_each(|&v| columns.extend(&shapes.t[3 * v * m..][..3 * m]));
     let t = MatRef::from_column_major_slice(&columns, m, 3 * active.len());
-    let radius = RADIUS * bound;
-    let mut total = vec![0.0_f64; m];
-    let mut moved = vec![0.0_f64; 3 * active.len()];
+    let (bound, radius) = (bound as f32, RADIUS * bound as f32);
+    let mut moved = vec![0.0_f32; 3 * active.len()];
+    let (mut rows, mut excess): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
     for _ in 0..STEPS {
-        let mut rows: Vec<f64> = Vec::new();
-        let mut excess = Vec::new();
+        rows.clear();
+        excess.clear();
         let mut beyond = false;
-        for (i, &v) in active.iter().enumerate() {
-            let at: [f64; 3] = std::array::from_fn(|c| f64::from(vectors[v][c]) - moved[3 * i + c]);
-            let length = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt();
+        let places = active.iter().zip(moved.as_chunks::<3>().0).zip(columns.chunks(3 * m));
+        for ((&v, moved), columns) in places {
+            let at: [f32; 3] = std::array::from_fn(|c| vectors[v][c] - moved[c]);
+            let length = square(&at).sqrt();
             if length > radius {
                 beyond |= length > bound;
                 let d = at.map(|x| x / length);
-                let (x, rest) = columns[3 * i * m..][..3 * m].split_at(m);
-                let (y, z) = rest.split_at(m);
+                let (x, others) = columns.split_at(m);
+                let (y, z) = others.split_at(m);
                 rows.extend(x.iter().zip(y).zip(z).map(|((x, y), z)| d[0] * x + d[1] * y + d[2] * z));
                 excess.push(length - radius);
             }
@@ -323,65 +334,34 @@ fn improve(shapes: &Shapes, rest: &[f32], bound: f64, change: &mut [f32]) {
         if !beyond {
             break;
         }
-        step(&rows, &excess, &mut total);
+        step(&rows, &excess, change);
         let to = MatMut::from_column_major_slice_mut(&mut moved, 3 * active.len(), 1);
-        let total = MatRef::from_column_major_slice(&total, m, 1);
-        matmul(to, Accum::Replace, t.transpose(), total, 1.0, Par::Seq);
+        let change = MatRef::from_column_major_slice(change, m, 1);
+        matmul(to, Accum::Replace, t.transpose(), change, 1.0, Par::Seq);
     }
-    change.iter_mut().zip(total).for_each(|(change, total)| *change = total as f32);
 }
 
 /// Adds the δ of least `|A δ − excess|² + λ |δ|²` to the weights. `rows` has A, row by row.
-fn step(rows: &[f64], excess: &[f64], weights: &mut [f64]) {
+fn step(rows: &[f32], excess: &[f32], weights: &mut [f32]) {
     let (count, m) = (excess.len(), weights.len());
     let a = MatRef::from_column_major_slice(rows, m, count);
+    let damped = |gram: Mat<f32>| {
+        let n = gram.nrows();
+        Mat::from_fn(n, n, |i, j| f64::from(gram[(i, j)]) + if i == j { DAMPING } else { 0.0 })
+    };
     if count <= m {
         // δ = Aᵀ (A Aᵀ + λ)⁻¹ excess.
-        let mut gram = product(a.transpose(), a);
-        (0..count).for_each(|i| gram[(i, i)] += DAMPING);
-        let x = solve(gram, excess.to_vec());
+        let excess = excess.iter().copied().map(f64::from).collect();
+        let x = solve(&damped(product(a.transpose(), a)), excess);
         for (row, x) in rows.chunks(m).zip(x) {
-            weights.iter_mut().zip(row).for_each(|(w, a)| *w += a * x);
+            weights.iter_mut().zip(row).for_each(|(w, a)| *w += a * x as f32);
         }
     } else {
-        let mut gram = product(a, a.transpose());
-        (0..m).for_each(|i| gram[(i, i)] += DAMPING);
         let mut right = vec![0.0; m];
-        for (row, e) in rows.chunks(m).zip(excess) {
-            right.iter_mut().zip(row).for_each(|(r, a)| *r += a * e);
+        for (row, &e) in rows.chunks(m).zip(excess) {
+            right.iter_mut().zip(row).for_each(|(r, a)| *r += f64::from(a * e));
         }
-        for (w, x) in weights.iter_mut().zip(solve(gram, right)) {
-            *w += x;
-        }
+        let x = solve(&damped(product(a, a.transpose())), right);
+        weights.iter_mut().zip(x).for_each(|(w, x)| *w += x as f32);
     }
-}
-
-/// The solution of a positive definite system, by Cholesky's method.
-pub(super) fn solve(mut l: Mat<f64>, mut x: Vec<f64>) -> Vec<f64> {
-    let n = x.len();
-    for j in 0..n {
-        for k in 0..j {
-            let factor = l[(j, k)];
-            for i in j..n {
-                l[(i, j)] -= l[(i, k)] * factor;
-            }
-        }
-        let diagonal = l[(j, j)].max(f64::MIN_POSITIVE).sqrt();
-        for i in j..n {
-            l[(i, j)] /= diagonal;
-        }
-    }
-    for i in 0..n {
-        for k in 0..i {
-            x[i] -= l[(i, k)] * x[k];
-        }
-        x[i] /= l[(i, i)];
-    }
-    for i in (0..n).rev() {
-        for k in i + 1..n {
-            x[i] -= l[(k, i)] * x[k];
-        }
-        x[i] /= l[(i, i)];
-    }
-    x
 }
