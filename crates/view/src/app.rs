@@ -8,6 +8,7 @@ use crate::open::{Opened, Opening, Source};
 use crate::orbit::Orbit;
 use crate::scene::{Scene, Times};
 use crate::settings::{Settings, Show};
+use crate::slow_frames::SlowFrames;
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use rhytid_backend_wgpu::Wgpu;
@@ -64,6 +65,9 @@ impl ViewApp {
         let state = context.wgpu_render_state.clone();
         let state = state.ok_or_else(|| Error::Internal("the window has no device to draw with".into()))?;
         context.egui_ctx.set_fonts(fonts());
+        context.egui_ctx.add_plugin(SlowFrames::default());
+        // A finger that rests on a marker before it drags it is no long press, which would open a menu.
+        context.egui_ctx.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
         let lost = Arc::new(Mutex::new(None));
         let (to, egui) = (lost.clone(), context.egui_ctx.clone());
         state.device.set_device_lost_callback(move |reason, message| {

@@ -46,6 +46,7 @@ mod pick;
 mod save;
 mod scene;
 mod settings;
+mod slow_frames;
 mod soft_selection;
 mod timeline;
 mod transport;

@@ -2,7 +2,6 @@
 
 mod animate;
 mod bench;
-mod clips;
 mod completions;
 mod conform;
 mod correct;
@@ -17,7 +16,6 @@ mod handles;
 mod info;
 mod listen;
 mod man;
-mod masks;
 mod new;
 mod placing;
 mod prepare;

@@ -78,6 +78,60 @@ fn a_marker_stays_where_it_was_let_go_though_the_pointer_goes_on() {
 }
 
 #[test]
+fn a_whole_drag_between_two_frames_is_a_drag() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let handle = handle_in_front(&view);
+    let from = at(&view, handle);
+    let to = from + egui::vec2(20.0, 12.0);
+    let button = |pos, pressed| egui::Event::PointerButton {
+        pos,
+        button: PointerButton::Primary,
+        pressed,
+        modifiers: NONE,
+    };
+    view.input_mut().events.extend([
+        egui::Event::PointerMoved(from),
+        button(from, true),
+        egui::Event::PointerMoved(from + egui::vec2(8.0, 0.0)),
+        egui::Event::PointerMoved(to),
+        button(to, false),
+        egui::Event::PointerMoved(to + egui::vec2(90.0, 60.0)),
+    ]);
+    view.run();
+    assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));
+}
+
+#[test]
+fn a_finger_may_rest_before_it_drags() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let handle = handle_in_front(&view);
+    let from = at(&view, handle);
+    let to = from + egui::vec2(20.0, 12.0);
+    let touch = |phase, pos| egui::Event::Touch {
+        device_id: egui::TouchDeviceId(0),
+        id: egui::TouchId(0),
+        phase,
+        pos,
+        force: None,
+    };
+    button(&mut view, from, PointerButton::Primary, true, NONE);
+    view.event(touch(egui::TouchPhase::Start, from));
+    let begin = view.ctx.input(|input| input.time);
+    while view.ctx.input(|input| input.time) < begin + 2.0 {
+        view.step();
+    }
+    view.event(egui::Event::PointerMoved(to));
+    view.event(touch(egui::TouchPhase::Move, to));
+    view.step();
+    view.event(touch(egui::TouchPhase::End, to));
+    button(&mut view, to, PointerButton::Primary, false, NONE);
+    view.run();
+    assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));
+}
+
+#[test]
 fn at_rest_nothing_is_drawn_and_nothing_asked_for() {
     let folder = Folder::new();
     let mut view = opened(&folder, [900.0, 700.0]);

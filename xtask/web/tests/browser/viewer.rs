@@ -216,8 +216,7 @@ fn a_telephone_and_its_finger_are_enough() {
         json!({ "method": "Input.dispatchTouchEvent", "params": { "type": kind }, "computed": { "touchPoints": points } })
     };
     let at = format!("window.at = [{}, {}]", place(handle, 0.0, 0), place(handle, 0.0, 1));
-    // The page is asked after each touch. A busy machine may draw no picture between two of them otherwise,
-    // and a touch that begins and ends between two pictures moves nothing.
+    // The page is asked after each touch, which a busy machine may take long for.
     let moved = format!(
         "((a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) > 0.05)({STATUS}.handles[{handle}], window.rest)"
     );

@@ -1,6 +1,8 @@
 //! `rhytid animate` of several takes: one mesh with one set of shapes, and a clip for each take.
 
-use super::animate::{Animated, ClipOf, Prepared, export_options, perform, take_name, warn};
+use super::options::export_options;
+use super::warnings::warn;
+use super::{Animated, ClipOf, Prepared, perform, take_name};
 use crate::progress::Ui;
 use crate::{args, inputs};
 use rhytid::formats::animation;
