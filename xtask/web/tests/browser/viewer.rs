@@ -216,11 +216,13 @@ fn a_telephone_and_its_finger_are_enough() {
         json!({ "method": "Input.dispatchTouchEvent", "params": { "type": kind }, "computed": { "touchPoints": points } })
     };
     let at = format!("window.at = [{}, {}]", place(handle, 0.0, 0), place(handle, 0.0, 1));
-    // The page is asked after each touch, which a busy machine may take long for.
+    // A slow telephone, on which a finger rests for a second between two pictures.
+    let slow = json!({ "method": "Emulation.setCPUThrottlingRate", "params": { "rate": 20 } });
     let moved = format!(
         "((a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) > 0.05)({STATUS}.handles[{handle}], window.rest)"
     );
     let steps = [
+        slow,
         evaluate("before", STATUS),
         evaluate("width", "document.documentElement.scrollWidth"),
         evaluate("rest", &format!("window.rest = {STATUS}.handles[{handle}]")),
