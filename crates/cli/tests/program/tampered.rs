@@ -372,6 +372,8 @@ fn every_fault_of_a_gltf_file_is_found() {
             let mut other = sound.clone();
             let leaf = other.pointer_mut(&path).unwrap();
             *leaf = match &*leaf {
+                // A vertex may have the same error in two frames, so the next frame may be right.
+                Value::Number(_) if path.ends_with("/error/frame") => 1000.into(),
                 Value::Number(number) if number.is_u64() => (number.as_u64().unwrap() + 1).into(),
                 Value::Number(number) => (2.0 * number.as_f64().unwrap() + 0.5).into(),
                 Value::Bool(yes) => (!yes).into(),
