@@ -124,6 +124,11 @@ fn handle_in_front(view: &View) -> usize {
     inside.max_by(|&a, &b| alone(a).total_cmp(&alone(b))).unwrap()
 }
 
+/// The first button of the mouse, without keys.
+fn primary(pos: Pos2, pressed: bool) -> egui::Event {
+    egui::Event::PointerButton { pos, button: PointerButton::Primary, pressed, modifiers: Modifiers::NONE }
+}
+
 fn button(view: &mut View, at: Pos2, button: PointerButton, pressed: bool, modifiers: Modifiers) {
     view.event(egui::Event::PointerMoved(at));
     view.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers });

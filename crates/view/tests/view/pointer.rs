@@ -65,14 +65,8 @@ fn a_marker_stays_where_it_was_let_go_though_the_pointer_goes_on() {
     view.hover_at(from + egui::vec2(8.0, 0.0));
     view.step();
     // All events come between two frames, as when a frame takes long.
-    let let_go = egui::Event::PointerButton {
-        pos: to,
-        button: PointerButton::Primary,
-        pressed: false,
-        modifiers: NONE,
-    };
     let beyond = egui::Event::PointerMoved(to + egui::vec2(90.0, 60.0));
-    view.input_mut().events.extend([egui::Event::PointerMoved(to), let_go, beyond]);
+    view.input_mut().events.extend([egui::Event::PointerMoved(to), primary(to, false), beyond]);
     view.run();
     assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));
 }
@@ -84,18 +78,12 @@ fn a_whole_drag_between_two_frames_is_a_drag() {
     let handle = handle_in_front(&view);
     let from = at(&view, handle);
     let to = from + egui::vec2(20.0, 12.0);
-    let button = |pos, pressed| egui::Event::PointerButton {
-        pos,
-        button: PointerButton::Primary,
-        pressed,
-        modifiers: NONE,
-    };
     view.input_mut().events.extend([
         egui::Event::PointerMoved(from),
-        button(from, true),
+        primary(from, true),
         egui::Event::PointerMoved(from + egui::vec2(8.0, 0.0)),
         egui::Event::PointerMoved(to),
-        button(to, false),
+        primary(to, false),
         egui::Event::PointerMoved(to + egui::vec2(90.0, 60.0)),
     ]);
     view.run();
