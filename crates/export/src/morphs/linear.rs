@@ -63,7 +63,7 @@ pub(super) fn cholesky(h: &Mat<f64>) -> Mat<f64> {
     let stack = &mut MemBuffer::new(scratch);
     match cholesky_in_place(l.as_mut(), least, Par::Seq, MemStack::new(stack), Default::default()) {
         Ok(_) => Mat::from_fn(n, n, |i, j| if j > i { 0.0 } else { l[(i, j)] }),
-        // Some number of h is none.
+        // A number of h is NaN.
         Err(_) => Mat::full(n, n, f64::NAN),
     }
 }
