@@ -110,14 +110,14 @@ pub(super) fn fewest(
         frames.choose(chosen.clone());
         let grown = grown(&fit, &before, &chosen, &found.known.weights);
         known = Some(found.known);
-        let before = grown.q.clone();
+        let columns = grown.q.clone();
         let again = fit::fit(&mut Centred::new(frames, &gram), grown, bound, &mut tick(progress))?;
         fit = match again {
             Some(again) => again,
             None => {
                 let least = fit.q.ncols() - 1;
                 gram = frames.gram(progress)?;
-                let start = linear::principal_after(&gram.matrix, &before)?;
+                let start = linear::principal_after(&gram.matrix, &columns)?;
                 match search::fewest(frames, &gram, &start, bound, most, least, progress)? {
                     Some(fit) => fit,
                     None => {
