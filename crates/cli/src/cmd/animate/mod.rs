@@ -76,7 +76,7 @@ pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
 /// From a rig file and a take to an animated file.
 ///
 /// # Errors
-/// [`Error::Input`] and [`Error::Io`] from reading and writing; [`Error::Device`]; [`Error::Cancelled`].
+/// `Input` and `Io` from reading and writing; `Device`; `Cancelled`.
 pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     // An unknown format is an error before the long work.
     let format = Format::from_extension(&args.output)?;
