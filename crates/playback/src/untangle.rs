@@ -163,7 +163,7 @@ impl<'a> Untangle<'a> {
         positions: &[[f32; 3]],
         mut open: Vec<u32>,
     ) -> HashMap<u32, [f64; 3]> {
-        let frame = Frame::new(self.rig, self.learned, &self.example_vectors, handles);
+        let mut frame = Frame::new(self.rig, self.learned, &self.example_vectors, handles);
         let mut bounds = HashMap::new();
         let mut moved: HashMap<u32, [f64; 3]> = HashMap::new();
         for _ in 0..ROUNDS {
@@ -228,6 +228,9 @@ struct Frame<'a> {
     vectors: Vec<[f64; 3]>,
     /// ‖D_e − D_pe‖² and ‖D_pe‖², (F + H)×P.
     squares: Table<[f64; 2]>,
+    /// What was found of vertices so far: triangles share them.
+    shells: HashMap<u32, [f64; 3]>,
+    nearest: HashMap<u32, f64>,
 }
 
 impl<'a> Frame<'a> {
@@ -257,17 +260,29 @@ impl<'a> Frame<'a> {
         };
         let (features, examples) = (example_vectors.height(), example_vectors.columns());
         let squares = vectors.iter().zip(example_vectors.rows()).flat_map(squares).collect();
-        Self { rig, learned, motions, center, squares: Table::new(features, examples, squares), vectors }
+        let squares = Table::new(features, examples, squares);
+        let (shells, nearest) = (HashMap::new(), HashMap::new());
+        Self { rig, learned, motions, center, squares, vectors, shells, nearest }
     }
 
     /// The bound of a triangle of which the part `before` is left.
-    fn bound(&self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
-        let of_shell = vec3::dot(normal(corners.map(|v| self.shell(v as usize))), rest);
+    fn bound(&mut self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
+        for v in corners {
+            if !self.shells.contains_key(&v) {
+                self.shells.insert(v, self.shell(v as usize));
+            }
+        }
+        let of_shell = vec3::dot(normal(corners.map(|v| self.shells[&v])), rest);
         let bound = LEAST - STEEPNESS * (LEAST - of_shell).max(0.0);
         if before >= bound {
             return bound;
         }
-        let nearest = corners.map(|v| self.nearest(v as usize)).into_iter().fold(OWN, f64::min) / OWN;
+        for v in corners {
+            if !self.nearest.contains_key(&v) {
+                self.nearest.insert(v, self.nearest(v as usize));
+            }
+        }
+        let nearest = corners.iter().map(|v| self.nearest[v]).fold(OWN, f64::min) / OWN;
         // From 0 to 1 without a kink.
         before + nearest * nearest * (3.0 - 2.0 * nearest) * (bound - before)
     }
@@ -294,17 +309,15 @@ impl<'a> Frame<'a> {
     ///
     /// Distances are of the features that influence the vertex.
     fn nearest(&self, v: usize) -> f64 {
-        let examples = self.rig.examples().names.len();
-        let of_example = |p: usize| {
-            let (mut apart, mut size) = (0.0, 0.0);
-            for (e, omega) in self.rig.influences_of(v) {
-                let [of_frame, of_example] = self.squares.row(e)[p];
-                apart += omega * of_frame;
-                size += omega * of_example;
+        let mut sums = vec![[0.0; 2]; self.squares.columns()];
+        for (e, omega) in self.rig.influences_of(v) {
+            for (sum, squares) in sums.iter_mut().zip(self.squares.row(e)) {
+                sum[0] += omega * squares[0];
+                sum[1] += omega * squares[1];
             }
-            if size > 0.0 { apart / size } else { f64::INFINITY }
-        };
-        (0..examples).map(of_example).fold(f64::INFINITY, f64::min)
+        }
+        let relative = |[apart, size]: [f64; 2]| if size > 0.0 { apart / size } else { f64::INFINITY };
+        sums.into_iter().map(relative).fold(f64::INFINITY, f64::min)
     }
 }
 

@@ -1,4 +1,4 @@
-//! The vertices near the bound or beyond it, which ADMM multipliers (see [`super::fit`]).
+//! Pairs of a vertex and a frame near the bound or beyond it, on which ADMM iterates (see [`super::fit`]).
 //!
 //! `Q T + D` (F×3V) is to be replaced by its best approximation of rank n. The directions hardly change
 //! between two iterations, so one step of subspace iteration with a Rayleigh–Ritz projection suffices. Let G
@@ -10,10 +10,11 @@
 //!
 //! with the leading n columns of A. D is zero but for a few entries, and nothing has the size F×F.
 
-use super::factors::{Fit, Multiplier, combine, distances, follow, narrow, outer};
+use super::factors::{Fit, Multiplier, combine, follow, narrow, outer};
 use super::linear::{eigen, extend, product};
 use faer::Mat;
 use glam::Vec3;
+use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -23,63 +24,78 @@ const ITERATIONS: usize = 8;
 /// number needs fewer iterations. But with 0.9, a head's animation needs 47 targets, and with 0.93 or 0.95 it
 /// needs 46.
 const CLIP_TO: f32 = 0.93;
-/// Parts that the vertices are divided into: sums over a part are added in order, so that threads do not
-/// matter.
-const PARTS: usize = 64;
-/// Vertices that are looked at together.
-const GROUP: usize = 32;
+/// The fewest vertices that a thread works on.
+const LEAST: usize = 64;
 
-/// Vertices near the bound or beyond it.
+/// What is near the bound or beyond it.
 pub(super) struct Active {
     /// In ascending order.
-    pub vertices: Vec<usize>,
-    /// Their columns of Y, 3F numbers each.
-    pub y: Vec<f32>,
-    /// Pairs of vertex and frame beyond the bound. Vertices for which there was no memory count too.
+    pub vertices: Vec<ActiveVertex>,
+    /// Pairs of a vertex and a frame beyond the bound. Pairs for which there was no memory count too.
     pub over: usize,
     /// Whether there was memory for all that are beyond the bound.
     pub complete: bool,
 }
 
-/// The entries of D of one vertex in one frame.
+/// A vertex with frames in which it is near the bound or beyond it.
+pub(super) struct ActiveVertex {
+    pub vertex: usize,
+    /// In the order of frames.
+    pub places: Vec<Place>,
+}
+
+/// Where a vertex should be in a frame.
+pub(super) struct Place {
+    pub frame: u32,
+    /// The entry of Y.
+    pub y: Vec3,
+    /// The multiplier; 0 where there is none.
+    pub u: Vec3,
+}
+
+/// A vertex that is pulled, or was pulled in the iteration before.
+struct Pulled {
+    /// Its index among the active ones.
+    index: usize,
+    /// The entries of D.
+    entries: Vec<Entry>,
+    /// Its columns of P, 3n numbers.
+    p: Vec<f32>,
+    /// In how many frames it is beyond the bound.
+    over: usize,
+}
+
+/// The entry of D of a vertex in a frame.
 struct Entry {
-    /// Counted among the active ones of the part.
-    vertex: usize,
     frame: usize,
     d: Vec3,
 }
 
-/// The result of pulling the vertices of one part.
-struct Part {
-    entries: Vec<Entry>,
-    /// Their part of B, row-major F×n.
-    b: Vec<f32>,
-    over: usize,
-}
-
-/// Some iterations in which the vertices that are not active just follow.
+/// Some iterations in which what is not active just follows.
 ///
 /// # Errors
 /// As [`eigen`].
-pub(super) fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> {
+pub(super) fn improve(fit: &mut Fit, active: Active, bound: f32) -> Result<()> {
     let n = fit.q.ncols();
+    let mut vertices = active.vertices;
     let mut t: Vec<f32> =
-        active.vertices.iter().flat_map(|&v| &fit.t[3 * v * n..][..3 * n]).copied().collect();
-    let mut multipliers: Vec<Vec<Multiplier>> =
-        active.vertices.iter().map(|&v| std::mem::take(&mut fit.multipliers[v])).collect();
-    // T Tᵀ of those that follow.
-    let mut rest = outer(&fit.t, n) - outer(&t, n);
+        vertices.iter().flat_map(|active| &fit.t[3 * active.vertex * n..][..3 * n]).copied().collect();
+    // T Tᵀ of all vertices.
+    let mut of_t = outer(&fit.t, n);
     let mut turn = Mat::<f64>::identity(n, n);
     for _ in 0..ITERATIONS {
-        let mut p = t.clone();
-        let parts = update(&fit.q, &mut p, &active.y, &mut multipliers, bound);
-        if parts.iter().all(|part| part.over == 0) {
+        let pulled = pull(&fit.q, &t, &mut vertices, bound);
+        if pulled.iter().all(|pulled| pulled.over == 0) {
             break;
         }
-        let b = sum(&fit.q, &parts);
+        let b = b(&fit.q, &pulled);
         let s = extend(&fit.q, (0..n).map(|j| b.col(j)), fit.q.nrows());
-        let r = extended(&s, &p, n, &parts);
+        let r = extended(&s, n, &pulled);
+        let before: Vec<f32> =
+            pulled.iter().flat_map(|pulled| &t[3 * pulled.index * n..][..3 * n]).copied().collect();
+        // R Rᵀ: of the vertices that are not pulled, R has the columns of T, with zeros below.
         let mut gram = outer(&r, s.ncols());
+        let rest = &of_t - outer(&before, n);
         for j in 0..n {
             for i in 0..n {
                 gram[(i, j)] += rest[(i, j)];
@@ -87,15 +103,20 @@ pub(super) fn improve(fit: &mut Fit, active: &Active, bound: f32) -> Result<()> 
         }
         let step = leading(&gram, n)?;
         fit.q = product(s.as_ref(), step.transpose());
-        t = combine(&narrow(&step), &r);
-        let step = step.subcols(0, n);
-        rest = product(product(step, rest.as_ref()).as_ref(), step.transpose());
-        turn = product(step, turn.as_ref());
+        of_t = product(product(step.as_ref(), gram.as_ref()).as_ref(), step.transpose());
+        let of_others = step.subcols(0, n).to_owned();
+        follow(&mut t, &of_others, n);
+        turn = product(of_others.as_ref(), turn.as_ref());
+        let of_pulled = combine(&narrow(&step), &r);
+        for (pulled, columns) in pulled.iter().zip(of_pulled.chunks(3 * n)) {
+            t[3 * pulled.index * n..][..3 * n].copy_from_slice(columns);
+        }
     }
     follow(&mut fit.t, &turn, n);
-    for ((&v, t), multipliers) in active.vertices.iter().zip(t.chunks(3 * n)).zip(multipliers) {
-        fit.t[3 * v * n..][..3 * n].copy_from_slice(t);
-        fit.multipliers[v] = multipliers;
+    for (ActiveVertex { vertex, places }, t) in vertices.iter().zip(t.chunks(3 * n)) {
+        fit.t[3 * vertex * n..][..3 * n].copy_from_slice(t);
+        let pulled = places.iter().filter(|place| place.u != Vec3::ZERO);
+        fit.multipliers[*vertex] = pulled.map(|&Place { frame, u, .. }| Multiplier { frame, u }).collect();
     }
     Ok(())
 }
@@ -110,125 +131,116 @@ fn leading(gram: &Mat<f64>, n: usize) -> Result<Mat<f64>> {
     }))
 }
 
-/// Active vertices of a part.
-fn part(active: usize) -> usize {
-    active.div_ceil(PARTS).next_multiple_of(GROUP)
-}
-
-/// New multipliers for all active vertices. `t` has their columns of T and becomes P.
-fn update(
-    q: &Mat<f64>,
-    t: &mut [f32],
-    y: &[f32],
-    multipliers: &mut [Vec<Multiplier>],
-    bound: f32,
-) -> Vec<Part> {
-    let (f, n) = (q.nrows(), q.ncols());
-    let rows: Vec<f32> = (0..f).flat_map(|i| (0..n).map(move |j| q[(i, j)] as f32)).collect();
-    let q = narrow(q);
-    let size = part(multipliers.len());
-    multipliers
-        .par_chunks_mut(size)
-        .zip(y.par_chunks(size * 3 * f))
-        .zip(t.par_chunks_mut(size * 3 * n))
-        .map(|((multipliers, y), t)| {
-            let mut part = Part { entries: Vec::new(), b: vec![0.0; f * n], over: 0 };
-            let mut squares = vec![0.0; f];
-            for first in (0..multipliers.len()).step_by(GROUP) {
-                let count = GROUP.min(multipliers.len() - first);
-                let m = combine(&q, &t[3 * first * n..][..3 * count * n]);
-                for (i, m) in m.chunks(3 * f).enumerate() {
-                    let y = &y[3 * (first + i) * f..][..3 * f];
-                    distances(y, m, &mut squares);
-                    part.update(first + i, y, m, &squares, &mut multipliers[first + i], bound);
-                }
-            }
-            for group in part.entries.chunk_by(|a, b| a.vertex == b.vertex) {
-                let t = &mut t[3 * group[0].vertex * n..][..3 * n];
-                for entry in group {
-                    let q = &rows[entry.frame * n..][..n];
-                    for (t, d) in t.chunks_exact_mut(n).zip(entry.d.to_array()) {
-                        t.iter_mut().zip(q).for_each(|(t, q)| *t += d * q);
-                    }
-                }
-                for entry in group {
-                    let b = &mut part.b[entry.frame * n..][..n];
-                    for (t, d) in t.chunks_exact(n).zip(entry.d.to_array()) {
-                        b.iter_mut().zip(t).for_each(|(b, t)| *b += d * t);
-                    }
-                }
-            }
-            part
-        })
+/// One step of ADMM: new multipliers, and D for the vertices that are pulled. `t` has the active vertices'
+/// columns of T.
+fn pull(q: &Mat<f64>, t: &[f32], vertices: &mut [ActiveVertex], bound: f32) -> Vec<Pulled> {
+    let n = q.ncols();
+    let rows: Vec<f32> = (0..q.nrows()).flat_map(|i| (0..n).map(move |j| q[(i, j)] as f32)).collect();
+    let arch = Arch::new();
+    let pull = |(index, (vertex, t)): (usize, (&mut ActiveVertex, &[f32]))| {
+        arch.dispatch(|| vertex.pull(index, &rows, t, bound))
+    };
+    vertices
+        .par_iter_mut()
+        .zip(t.par_chunks(3 * n))
+        .enumerate()
+        .with_min_len(LEAST)
+        .map(pull)
+        .filter(|pulled| !pulled.entries.is_empty())
         .collect()
 }
 
-impl Part {
-    /// One step of ADMM for one vertex: `m` is where it is, `squares` how far from where it should be.
-    fn update(
-        &mut self,
-        vertex: usize,
-        y: &[f32],
-        m: &[f32],
-        squares: &[f32],
-        multipliers: &mut Vec<Multiplier>,
-        bound: f32,
-    ) {
-        let f = squares.len();
+impl ActiveVertex {
+    /// One step of ADMM for this vertex. `rows` has Q, row by row, and `t` the vertex's columns of T.
+    #[inline(always)]
+    fn pull(&mut self, index: usize, rows: &[f32], t: &[f32], bound: f32) -> Pulled {
+        let n = t.len() / 3;
+        let (x, others) = t.split_at(n);
+        let (y, z) = others.split_at(n);
+        let mut pulled = Pulled { index, entries: Vec::new(), p: Vec::new(), over: 0 };
+        for place in &mut self.places {
+            let q = &rows[place.frame as usize * n..][..n];
+            let m = Vec3::new(dot(q, x), dot(q, y), dot(q, z));
+            pulled.entries.extend(place.pull(m, bound, &mut pulled.over));
+        }
+        if pulled.entries.is_empty() {
+            return pulled;
+        }
+        pulled.p = t.to_vec();
+        for entry in &pulled.entries {
+            let q = &rows[entry.frame * n..][..n];
+            for (p, d) in pulled.p.chunks_exact_mut(n).zip(entry.d.to_array()) {
+                p.iter_mut().zip(q).for_each(|(p, q)| *p += d * q);
+            }
+        }
+        pulled
+    }
+}
+
+/// The sum of the products.
+#[inline(always)]
+fn dot(a: &[f32], b: &[f32]) -> f32 {
+    // Several sums, so that none waits for another one.
+    let mut sums = [0.0_f32; 16];
+    let (a, a_rest) = a.as_chunks::<16>();
+    let (b, b_rest) = b.as_chunks::<16>();
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..16 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let mut sum = sums.iter().sum::<f32>();
+    for (a, b) in a_rest.iter().zip(b_rest) {
+        sum += a * b;
+    }
+    sum
+}
+
+impl Place {
+    /// The step for the vertex that is at `m`.
+    #[inline(always)]
+    fn pull(&mut self, m: Vec3, bound: f32, over: &mut usize) -> Option<Entry> {
         let radius = CLIP_TO * bound;
-        let before = std::mem::take(multipliers);
-        let mut before = before.iter().peekable();
-        for (frame, &square) in squares.iter().enumerate() {
-            let old = before
-                .next_if(|multiplier| multiplier.frame as usize == frame)
-                .map(|multiplier| multiplier.u);
-            if square <= radius * radius && old.is_none() {
-                continue;
-            }
-            self.over += usize::from(square > bound * bound);
-            let old = old.unwrap_or_default();
-            let at = |x: &[f32]| Vec3::new(x[frame], x[f + frame], x[2 * f + frame]);
-            let r = at(y) - at(m) - old;
-            let beyond = (1.0 - radius / r.length()).max(0.0);
-            let u = -r * beyond;
-            if beyond > 0.0 {
-                multipliers.push(Multiplier { frame: frame as u32, u });
-            }
-            self.entries.push(Entry { vertex, frame, d: old - 2.0 * u });
+        let square = (self.y - m).length_squared();
+        *over += usize::from(square > bound * bound);
+        if square <= radius * radius && self.u == Vec3::ZERO {
+            return None;
         }
+        let old = self.u;
+        let r = self.y - m - old;
+        self.u = -r * (1.0 - radius / r.length()).max(0.0);
+        Some(Entry { frame: self.frame as usize, d: old - 2.0 * self.u })
     }
 }
 
-/// B, F×n.
-fn sum(q: &Mat<f64>, parts: &[Part]) -> Mat<f64> {
-    let n = q.ncols();
-    let mut b = Mat::<f64>::zeros(q.nrows(), n);
-    for part in parts {
-        for (i, row) in part.b.chunks(n).enumerate() {
-            for (j, &x) in row.iter().enumerate() {
-                b[(i, j)] += f64::from(x);
+/// B = D Pᵀ, F×n.
+fn b(q: &Mat<f64>, pulled: &[Pulled]) -> Mat<f64> {
+    let (f, n) = (q.nrows(), q.ncols());
+    let mut rows = vec![0.0; f * n];
+    for pulled in pulled {
+        for entry in &pulled.entries {
+            let row = &mut rows[entry.frame * n..][..n];
+            for (p, d) in pulled.p.chunks_exact(n).zip(entry.d.to_array()) {
+                row.iter_mut().zip(p).for_each(|(b, p)| *b += f64::from(d * p));
             }
         }
     }
-    b
+    Mat::from_fn(f, n, |i, j| rows[i * n + j])
 }
 
-/// R for the active vertices, column-major s×3A, from P.
-fn extended(s: &Mat<f64>, p: &[f32], n: usize, parts: &[Part]) -> Vec<f32> {
-    let (f, width) = (s.nrows(), s.ncols());
+/// The columns of R of the vertices that are pulled, s×3 for each.
+fn extended(s: &Mat<f64>, n: usize, pulled: &[Pulled]) -> Vec<f32> {
+    let width = s.ncols();
     let new = width - n;
-    let rows: Vec<f32> = (0..f).flat_map(|i| (n..width).map(move |j| s[(i, j)] as f32)).collect();
-    let mut r = vec![0.0; p.len() / n * width];
-    let size = 3 * part(p.len() / (3 * n));
-    r.par_chunks_mut(size * width).zip(p.par_chunks(size * n)).zip(parts).for_each(|((r, p), part)| {
-        for (r, p) in r.chunks_exact_mut(width).zip(p.chunks_exact(n)) {
+    let rows: Vec<f32> = (0..s.nrows()).flat_map(|i| (n..width).map(move |j| s[(i, j)] as f32)).collect();
+    let mut r = vec![0.0; pulled.len() * 3 * width];
+    r.par_chunks_mut(3 * width).zip(pulled).with_min_len(LEAST).for_each(|(r, pulled)| {
+        for (r, p) in r.chunks_exact_mut(width).zip(pulled.p.chunks_exact(n)) {
             r[..n].copy_from_slice(p);
         }
-        for entry in &part.entries {
+        for entry in &pulled.entries {
             let s = &rows[entry.frame * new..][..new];
-            for (r, d) in
-                r[3 * entry.vertex * width..][..3 * width].chunks_exact_mut(width).zip(entry.d.to_array())
-            {
+            for (r, d) in r.chunks_exact_mut(width).zip(entry.d.to_array()) {
                 r[n..].iter_mut().zip(s).for_each(|(r, s)| *r += d * s);
             }
         }

@@ -10,14 +10,15 @@
 //!
 //! `U ← M + U − Z`, `M ← rank n of Z − U`
 //!
-//! Only vectors near the bound are pulled, so `Z − U` differs from M in few numbers, D. Vertices far from the
-//! bound just follow Q; [`super::active`] has the others. Every few iterations all vertices are examined, and
-//! those that came near the bound join the active ones. A fit is returned only after all vertices of all
-//! frames were found within the bound.
+//! Only vectors near the bound are pulled, so `Z − U` differs from M in few numbers, D. Vectors far from the
+//! bound just follow Q; [`super::active`] has the others. Every few iterations all vertices of all frames are
+//! examined, and those that came near the bound join the active ones. A fit is returned only after all of them
+//! were found within the bound.
 
-use super::active::{Active, improve};
-use super::factors::{Fit, combine, distances, narrow};
+use super::active::{Active, ActiveVertex, Place, improve};
+use super::factors::{Fit, Multiplier, combine, distances, narrow};
 use super::frames::{Centred, TASK};
+use glam::Vec3;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -26,11 +27,10 @@ pub(super) const ROUNDS: usize = 16;
 /// The fit is given up if more than so many pairs of vertex and frame are foreseen beyond the bound after the
 /// last round. The last few vanish faster than those before them: fits with 6 foreseen have still succeeded.
 const HOPELESS: f64 = 10.0;
-/// Vertices with an error above this part of the bound are active: every iteration works on them.
-const NEAR: f32 = 0.75;
-/// Memory for the active vertices, in bytes. If more vertices are beyond the bound, there are too few
-/// columns.
-const ACTIVE_BYTES: usize = 1 << 30;
+/// A vertex is active in the frames with an error above this part of the bound: every iteration looks there.
+const NEAR: f32 = 0.6;
+/// Memory for what is active, in bytes. If more is beyond the bound, there are too few columns.
+const ACTIVE_BYTES: usize = 1 << 28;
 
 /// Improves a fit until it is within the bound; `None` if its columns do not seem to suffice. `tick` is
 /// called once a round.
@@ -55,7 +55,7 @@ pub(super) fn fit(
         if !active.complete || hopeless(&history) {
             return Ok(None);
         }
-        improve(&mut fit, &active, bound)?;
+        improve(&mut fit, active, bound)?;
     }
     Ok(None)
 }
@@ -69,44 +69,77 @@ fn hopeless(history: &[usize]) -> bool {
     now * (now / before).min(1.0).powf(left as f64 / 2.0) > HOPELESS
 }
 
-/// Examines all vertices and collects those near the bound.
+/// Examines all vertices and collects what is near the bound.
 fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
     let (f, n) = (fit.q.nrows(), fit.q.ncols());
     let q = narrow(&fit.q);
-    let most = ACTIVE_BYTES / (24 * f);
-    let mut active = Active { vertices: Vec::new(), y: Vec::new(), over: 0, complete: true };
+    let mut memory = ACTIVE_BYTES;
+    let mut active = Active { vertices: Vec::new(), over: 0, complete: true };
     for first in centred.frames.blocks() {
         let block = centred.block(first)?;
-        let found: Vec<Vec<(f32, usize)>> = block
+        let found: Vec<Vec<Found>> = block
             .values
             .par_chunks(3 * TASK * f)
             .zip(fit.t[3 * first * n..].par_chunks(3 * TASK * n))
-            .map(|(y, t)| {
+            .zip(fit.multipliers[first..].par_chunks(TASK))
+            .map(|((y, t), multipliers)| {
                 let mut squares = vec![0.0; f];
                 let m = combine(&q, &t[..y.len() / f * n]);
-                let largest = |(y, m)| {
+                let look = |((y, m), multipliers): ((&[f32], &[f32]), &Vec<Multiplier>)| {
                     distances(y, m, &mut squares);
-                    let most = squares.iter().fold(0.0, |most: f32, &square| most.max(square)).sqrt();
-                    (most, squares.iter().filter(|&&square| square > bound * bound).count())
+                    Found::new(y, &squares, multipliers, bound)
                 };
-                y.chunks(3 * f).zip(m.chunks(3 * f)).map(largest).collect()
+                y.chunks(3 * f).zip(m.chunks(3 * f)).zip(multipliers).map(look).collect()
             })
             .collect();
-        let vertices = found.into_iter().flatten().zip(block.values.chunks_exact(3 * f));
-        for (vertex, ((error, over), y)) in (first..).zip(vertices) {
+        for (vertex, Found { over, places }) in (first..).zip(found.into_iter().flatten()) {
             active.over += over;
-            if error <= NEAR * bound && fit.multipliers[vertex].is_empty() {
+            if places.is_empty() {
                 continue;
             }
-            if active.vertices.len() >= most {
-                active.complete &= over == 0;
-                continue;
+            match memory.checked_sub(places.len() * size_of::<Place>()) {
+                Some(left) => {
+                    memory = left;
+                    active.vertices.push(ActiveVertex { vertex, places });
+                }
+                None => active.complete &= over == 0,
             }
-            active.vertices.push(vertex);
-            active.y.extend(y);
         }
     }
     Ok(active)
+}
+
+/// What is found of a vertex.
+struct Found {
+    /// In how many frames it is beyond the bound.
+    over: usize,
+    /// Where it is active.
+    places: Vec<Place>,
+}
+
+impl Found {
+    /// `y` has where the vertex should be, component by component. `squares` has the squared distances from
+    /// there.
+    fn new(y: &[f32], squares: &[f32], multipliers: &[Multiplier], bound: f32) -> Self {
+        let near = (NEAR * bound).powi(2);
+        let mut found = Self { over: 0, places: Vec::new() };
+        if multipliers.is_empty() && squares.iter().fold(0.0, |most: f32, &square| most.max(square)) <= near {
+            return found;
+        }
+        let f = squares.len();
+        let mut multipliers = multipliers.iter().peekable();
+        for (frame, &square) in squares.iter().enumerate() {
+            let multiplier = multipliers.next_if(|multiplier| multiplier.frame as usize == frame);
+            if square <= near && multiplier.is_none() {
+                continue;
+            }
+            found.over += usize::from(square > bound * bound);
+            let y = Vec3::new(y[frame], y[f + frame], y[2 * f + frame]);
+            let u = multiplier.map_or(Vec3::ZERO, |multiplier| multiplier.u);
+            found.places.push(Place { frame: frame as u32, y, u });
+        }
+        found
+    }
 }
 
 /// The largest distance of a vertex from its place in any frame.

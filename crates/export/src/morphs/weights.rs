@@ -1,15 +1,15 @@
 //! The weights of all frames, for shapes that were found for some of them.
 //!
 //! The start is what is known of a frame from the search before, or least squares. If it leaves vertices of a
-//! frame beyond the bound, the weights of that frame are moved until all are within it, by the least motion
-//! of the other vertices. That is a step of Newton's method for `Σ_v max(0, |r_v| − radius)² + λ |T δ|²`,
-//! where r_v is how far vertex v is from its place, and δ the change of the weights. The steps look at the
-//! vertices near the bound. All vertices are looked at after some steps. A frame counts as met only if all
-//! its vertices are within the bound.
+//! frame beyond the bound, [`super::steps`] moves the weights of that frame. The steps look at some vertices
+//! only: the hard ones, which the search had to pull, and those that were found beyond the bound since. After
+//! the steps, all vertices are looked at. If further ones are beyond the bound, they join the hard ones, and
+//! there are more steps. A frame counts as met only if all its vertices are within the bound.
 
 use super::factors::Fit;
 use super::frames::{Attribute, Frames};
-use super::linear::{eigen, product, solve};
+use super::linear::{eigen, product};
+use super::steps::{Hard, square, subtract, worst};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use rayon::prelude::*;
@@ -18,15 +18,7 @@ use rhytid_core::{Progress, Result};
 /// Frames that a thread works on at once.
 const GROUP: usize = 32;
 /// How many times all vertices of a frame are looked at.
-const ROUNDS: usize = 6;
-/// Steps between two looks at all vertices.
-const STEPS: usize = 8;
-/// Vertices with an error above this part of the bound take part in the steps.
-const NEAR: f32 = 0.7;
-/// Vertices are moved to this part of the bound.
-const RADIUS: f32 = 0.94;
-/// λ.
-const DAMPING: f64 = 1e-4;
+const LOOKS: usize = 6;
 
 /// Weights of all frames for some shapes, which may be those of an earlier search.
 pub(super) struct Known {
@@ -58,6 +50,8 @@ pub(super) struct Shapes {
     back: Mat<f64>,
     /// The first column of the weights.
     constant: f64,
+    /// The vertices that the fit had to pull, in ascending order.
+    pulled: Vec<usize>,
 }
 
 impl Shapes {
@@ -83,7 +77,9 @@ impl Shapes {
             .map(|(t, center)| (f64::from(*center) + constant * f64::from(t[0])) as f32);
         let base = base.collect();
         let t = fit.t.par_chunks(n * 1024).flat_map_iter(|t| super::factors::combine(&turn, t)).collect();
-        Ok(Self { t, m, base, back, constant })
+        let is_pulled = |&v: &usize| !fit.multipliers[v].is_empty();
+        let pulled = (0..fit.multipliers.len()).filter(is_pulled).collect();
+        Ok(Self { t, m, base, back, constant, pulled })
     }
 
     /// The weights for these shapes, F×m, that come nearest to what `known` has; NaN where it has nothing.
@@ -135,6 +131,7 @@ impl Shapes {
         let mut weights = Vec::with_capacity(all * m);
         let mut errors = Vec::with_capacity(all);
         let mut values = Vec::new();
+        let mut hard = self.hard(self.pulled.clone());
         for batch in frames.batches() {
             progress.step(NAME, batch.start as u64, all as u64)?;
             frames.batch(Attribute::Positions, batch.clone(), &mut values)?;
@@ -142,18 +139,42 @@ impl Shapes {
             let found: Vec<Group<'_>> = groups
                 .map(|(y, frames)| {
                     let mut group = Group::new(self, y, frames, start);
-                    group.meet(bound);
+                    group.meet(&hard, bound);
                     group
                 })
                 .collect();
+            let mut further = Vec::new();
             for group in found {
                 weights.extend(group.best);
                 errors.extend(group.errors.into_iter().map(f64::from));
+                further.extend(group.further);
+            }
+            if !further.is_empty() {
+                hard = self.hard(union(&hard.vertices, &further));
             }
         }
+        log::debug!("{} of {} vertices are hard", hard.vertices.len(), numbers / 3);
         progress.step(NAME, all as u64, all as u64)?;
         Ok(Weights { weights: Mat::from_fn(all, m, |i, j| f64::from(weights[i * m + j])), errors })
     }
+
+    /// These vertices with their shapes.
+    fn hard(&self, vertices: Vec<usize>) -> Hard {
+        Hard::new(vertices, &self.t, self.m)
+    }
+
+    /// T, m×3V.
+    fn t(&self) -> MatRef<'_, f32> {
+        MatRef::from_column_major_slice(&self.t, self.m, self.base.len())
+    }
+}
+
+/// All numbers of both, in ascending order.
+fn union(a: &[usize], b: &[usize]) -> Vec<usize> {
+    let mut both = [a, b].concat();
+    both.sort_unstable();
+    both.dedup();
+    both
 }
 
 /// Some frames whose weights are looked for.
@@ -163,84 +184,114 @@ struct Group<'a> {
     rest: &'a mut [f32],
     /// m for each frame.
     weights: Vec<f32>,
-    /// Whether a frame began with weights that were known.
-    is_known: Vec<bool>,
+    /// What is known of the weights, m for each frame that begins with it.
+    known: Vec<Option<Vec<f32>>>,
     /// The best weights so far, m for each frame.
     best: Vec<f32>,
     /// How far the worst vertex of each frame is from its place with the best weights.
     errors: Vec<f32>,
+    /// Vertices that were found beyond the bound and are not among the hard ones.
+    further: Vec<usize>,
 }
 
 impl<'a> Group<'a> {
-    /// The frames with the weights that are known, or least squares. `y` has the frames' positions.
+    /// The frames with no weights. `y` has their positions.
     fn new(shapes: &'a Shapes, y: &'a mut [f32], frames: &[usize], start: Option<&Mat<f64>>) -> Self {
         let m = shapes.m;
         for y in y.chunks_mut(shapes.base.len()) {
             y.iter_mut().zip(&shapes.base).for_each(|(y, base)| *y -= base);
         }
-        let of_frame = |frame: usize, j: usize| start.map_or(f64::NAN, |start| start[(frame, j)]) as f32;
-        let first = |frame: usize| (0..m).map(move |j| of_frame(frame, j));
-        let is_known: Vec<bool> =
-            frames.iter().map(|&frame| first(frame).all(f32::is_finite) && start.is_some()).collect();
+        let known = |&frame: &usize| {
+            let known: Vec<f32> =
+                (0..m).map(|j| start.map_or(f64::NAN, |start| start[(frame, j)]) as f32).collect();
+            (start.is_some() && known.iter().all(|w| w.is_finite())).then_some(known)
+        };
         let count = frames.len();
-        let mut group = Self {
+        Self {
             shapes,
             rest: y,
             weights: vec![0.0; count * m],
+            known: frames.iter().map(known).collect(),
             best: vec![0.0; count * m],
             errors: vec![f32::INFINITY; count],
-            is_known,
-        };
-        let (known, unknown): (Vec<usize>, Vec<usize>) = (0..count).partition(|&i| group.is_known[i]);
-        let steps: Vec<f32> = known.iter().flat_map(|&i| first(frames[i])).collect();
-        group.go(&known, &steps);
-        group.least_squares(&unknown);
-        group
-    }
-
-    /// Brings the frames within the bound, as far as that is found. Where known weights are no good start,
-    /// least squares is another one.
-    fn meet(&mut self, bound: f64) {
-        let count = self.errors.len();
-        let open = self.improve((0..count).collect(), bound);
-        let again: Vec<usize> = open.into_iter().filter(|&i| self.is_known[i]).collect();
-        self.least_squares(&again);
-        self.improve(again, bound);
-    }
-
-    /// Moves the weights of these frames until all their vertices are within the bound. Returns the frames
-    /// that are not.
-    fn improve(&mut self, mut open: Vec<usize>, bound: f64) -> Vec<usize> {
-        let (m, numbers) = (self.shapes.m, self.shapes.base.len());
-        for _ in 0..ROUNDS {
-            open.retain(|&i| f64::from(self.errors[i]) > bound);
-            let mut steps = vec![0.0_f32; open.len() * m];
-            for (&i, step) in open.iter().zip(steps.chunks_mut(m.max(1))) {
-                improve(self.shapes, &self.rest[i * numbers..][..numbers], bound, step);
-            }
-            self.go(&open, &steps);
+            further: Vec::new(),
         }
-        open.retain(|&i| f64::from(self.errors[i]) > bound);
-        open
     }
 
-    /// Moves the weights of these frames to those of least squares.
-    fn least_squares(&mut self, frames: &[usize]) {
-        let (m, numbers) = (self.shapes.m, self.shapes.base.len());
-        let t = MatRef::from_column_major_slice(&self.shapes.t, m, numbers);
-        let mut steps = vec![0.0_f32; frames.len() * m];
-        self.with_rests(frames, |rests| {
-            let to = MatMut::from_column_major_slice_mut(&mut steps, m, frames.len());
-            let rests = MatRef::from_column_major_slice(rests, numbers, frames.len());
-            matmul(to, Accum::Replace, t, rests, 1.0, Par::Seq);
-        });
-        self.go(frames, &steps);
+    /// Brings the frames within the bound, as far as that is found. It begins with the weights that are known,
+    /// or with least squares. Where known weights are no good start, least squares is another one.
+    fn meet(&mut self, hard: &Hard, bound: f64) {
+        let m = self.shapes.m;
+        let (known, unknown): (Vec<usize>, Vec<usize>) =
+            (0..self.errors.len()).partition(|&i| self.known[i].is_some());
+        let steps = known.iter().flat_map(|&i| self.known[i].clone().unwrap_or_default()).collect();
+        let again = self.go_on(known, steps, hard, bound);
+        for frames in [unknown, again] {
+            let mut steps = vec![0.0_f32; frames.len() * m];
+            let t = self.shapes.t();
+            self.with_rests(&frames, |rests| {
+                let to = MatMut::from_column_major_slice_mut(&mut steps, m, frames.len());
+                let rests = MatRef::from_column_major_slice(rests, t.ncols(), frames.len());
+                matmul(to, Accum::Replace, t, rests, 1.0, Par::Seq);
+            });
+            self.go_on(frames, steps, hard, bound);
+        }
+    }
+
+    /// Moves the weights of these frames by `steps`, m for each, and on until all their vertices are within
+    /// the bound. Returns the frames that are not.
+    fn go_on(&mut self, frames: Vec<usize>, mut steps: Vec<f32>, hard: &Hard, bound: f64) -> Vec<usize> {
+        let m = self.shapes.m;
+        let mut open = frames.clone();
+        let mut own = None;
+        for _ in 0..LOOKS {
+            let hard = own.as_ref().unwrap_or(hard);
+            let of_hard = self.improve(&open, &mut steps, hard, bound);
+            self.go(&open, &steps);
+            // Where not even the hard vertices can be brought within the bound, no further ones are looked for.
+            let is_met = |error: f32| f64::from(error) <= bound;
+            let met = open.into_iter().zip(of_hard).filter(|(_, error)| is_met(*error));
+            open = met.map(|(i, _)| i).filter(|&i| !is_met(self.errors[i])).collect();
+            let further = self.further(&open, hard, bound);
+            if further.is_empty() {
+                break;
+            }
+            steps = vec![0.0; open.len() * m];
+            own = Some(self.shapes.hard(union(&hard.vertices, &further)));
+            self.further.extend(further);
+        }
+        frames.into_iter().filter(|&i| f64::from(self.errors[i]) > bound).collect()
+    }
+
+    /// Moves `steps`, m for each of these frames, until all hard vertices are within the bound, or nearer to it.
+    /// Returns how far the worst hard vertex of each frame is from its place.
+    fn improve(&self, frames: &[usize], steps: &mut [f32], hard: &Hard, bound: f64) -> Vec<f32> {
+        let numbers = self.shapes.base.len();
+        let mut rests = Vec::with_capacity(frames.len() * 3 * hard.vertices.len());
+        for &i in frames {
+            let rest = self.rest[i * numbers..][..numbers].as_chunks::<3>().0;
+            hard.vertices.iter().for_each(|&v| rests.extend_from_slice(&rest[v]));
+        }
+        hard.improve(frames.len(), rests, steps, bound)
+    }
+
+    /// The vertices that are beyond the bound in one of these frames and not hard, in ascending order.
+    fn further(&self, frames: &[usize], hard: &Hard, bound: f64) -> Vec<usize> {
+        let numbers = self.shapes.base.len();
+        let most = (bound as f32).powi(2);
+        let mut is_found = vec![false; numbers / 3];
+        for &i in frames {
+            let rest = self.rest[i * numbers..][..numbers].as_chunks::<3>().0;
+            is_found.iter_mut().zip(rest).for_each(|(found, r)| *found |= square(r) > most);
+        }
+        hard.vertices.iter().for_each(|&v| is_found[v] = false);
+        (0..is_found.len()).filter(|&v| is_found[v]).collect()
     }
 
     /// Adds `steps`, m for each of these frames, to their weights.
     fn go(&mut self, frames: &[usize], steps: &[f32]) {
         let (m, numbers) = (self.shapes.m, self.shapes.base.len());
-        let t = MatRef::from_column_major_slice(&self.shapes.t, m, numbers);
+        let t = self.shapes.t();
         self.with_rests(frames, |rests| subtract(t, rests, steps));
         for (&i, step) in frames.iter().zip(steps.chunks(m.max(1))) {
             let weights = &mut self.weights[i * m..][..m];
@@ -268,100 +319,5 @@ impl<'a> Group<'a> {
         for (&i, rest) in frames.iter().zip(rests.chunks(numbers)) {
             self.rest[i * numbers..][..numbers].copy_from_slice(rest);
         }
-    }
-}
-
-/// `rest −= Tᵀ weights`.
-fn subtract(t: MatRef<'_, f32>, rest: &mut [f32], weights: &[f32]) {
-    let (m, numbers) = (t.nrows(), t.ncols());
-    if m == 0 || numbers == 0 {
-        return;
-    }
-    let count = rest.len() / numbers;
-    let weights = MatRef::from_column_major_slice(weights, m, count);
-    let rest = MatMut::from_column_major_slice_mut(rest, numbers, count);
-    matmul(rest, Accum::Add, t.transpose(), weights, -1.0, Par::Seq);
-}
-
-fn square(r: &[f32; 3]) -> f32 {
-    r[0] * r[0] + r[1] * r[1] + r[2] * r[2]
-}
-
-/// The length of the longest vector.
-fn worst(rest: &[f32]) -> f32 {
-    // Several maxima, so that none waits for another one.
-    let mut most = [0.0_f32; 16];
-    let (groups, others) = rest.as_chunks::<48>();
-    for group in groups {
-        for (most, r) in most.iter_mut().zip(group.as_chunks::<3>().0) {
-            *most = most.max(square(r));
-        }
-    }
-    let others = others.as_chunks::<3>().0.iter().map(square);
-    most.into_iter().chain(others).fold(0.0, f32::max).sqrt()
-}
-
-/// A change of the weights that brings the vertices near the bound within it, or nearer.
-fn improve(shapes: &Shapes, rest: &[f32], bound: f64, change: &mut [f32]) {
-    let m = shapes.m;
-    let near = (NEAR * bound as f32).powi(2);
-    let vectors = rest.as_chunks::<3>().0;
-    let active: Vec<usize> = (0..vectors.len()).filter(|&v| square(&vectors[v]) > near).collect();
-    // The columns of T of the active vertices, three for each.
-    let mut columns: Vec<f32> = Vec::with_capacity(active.len() * 3 * m);
-    active.iter().for_each(|&v| columns.extend(&shapes.t[3 * v * m..][..3 * m]));
-    let t = MatRef::from_column_major_slice(&columns, m, 3 * active.len());
-    let (bound, radius) = (bound as f32, RADIUS * bound as f32);
-    let mut moved = vec![0.0_f32; 3 * active.len()];
-    let (mut rows, mut excess): (Vec<f32>, Vec<f32>) = (Vec::new(), Vec::new());
-    for _ in 0..STEPS {
-        rows.clear();
-        excess.clear();
-        let mut beyond = false;
-        let places = active.iter().zip(moved.as_chunks::<3>().0).zip(columns.chunks(3 * m));
-        for ((&v, moved), columns) in places {
-            let at: [f32; 3] = std::array::from_fn(|c| vectors[v][c] - moved[c]);
-            let length = square(&at).sqrt();
-            if length > radius {
-                beyond |= length > bound;
-                let d = at.map(|x| x / length);
-                let (x, others) = columns.split_at(m);
-                let (y, z) = others.split_at(m);
-                rows.extend(x.iter().zip(y).zip(z).map(|((x, y), z)| d[0] * x + d[1] * y + d[2] * z));
-                excess.push(length - radius);
-            }
-        }
-        if !beyond {
-            break;
-        }
-        step(&rows, &excess, change);
-        let to = MatMut::from_column_major_slice_mut(&mut moved, 3 * active.len(), 1);
-        let change = MatRef::from_column_major_slice(change, m, 1);
-        matmul(to, Accum::Replace, t.transpose(), change, 1.0, Par::Seq);
-    }
-}
-
-/// Adds the δ of least `|A δ − excess|² + λ |δ|²` to the weights. `rows` has A, row by row.
-fn step(rows: &[f32], excess: &[f32], weights: &mut [f32]) {
-    let (count, m) = (excess.len(), weights.len());
-    let a = MatRef::from_column_major_slice(rows, m, count);
-    let damped = |gram: Mat<f32>| {
-        let n = gram.nrows();
-        Mat::from_fn(n, n, |i, j| f64::from(gram[(i, j)]) + if i == j { DAMPING } else { 0.0 })
-    };
-    if count <= m {
-        // δ = Aᵀ (A Aᵀ + λ)⁻¹ excess.
-        let excess = excess.iter().copied().map(f64::from).collect();
-        let x = solve(&damped(product(a.transpose(), a)), excess);
-        for (row, x) in rows.chunks(m).zip(x) {
-            weights.iter_mut().zip(row).for_each(|(w, a)| *w += a * x as f32);
-        }
-    } else {
-        let mut right = vec![0.0; m];
-        for (row, &e) in rows.chunks(m).zip(excess) {
-            right.iter_mut().zip(row).for_each(|(r, a)| *r += f64::from(a * e));
-        }
-        let x = solve(&damped(product(a, a.transpose())), right);
-        weights.iter_mut().zip(x).for_each(|(w, x)| *w += x as f32);
     }
 }
