@@ -12,8 +12,8 @@
 //!
 //! Only vectors near the bound are pulled, so `Z − U` differs from M in few numbers, D. Vectors far from the
 //! bound just follow Q; [`super::active`] has the others. Every few iterations all vertices of all frames are
-//! examined, and those that came near the bound join the active ones. A fit is returned only after all of them
-//! were found within the bound.
+//! examined, and those that came near the bound join the active ones. A fit is returned only after all of
+//! them were found within the bound.
 
 use super::active::{Active, ActiveVertex, Place, improve};
 use super::factors::{Fit, Multiplier, combine, distances, narrow};

@@ -16,8 +16,8 @@
 //!   projects in turn onto the matrices within the bound and onto those of low rank (ADMM).
 //! - `active` does most of the work, on the vertices and frames near the bound.
 //! - `search` finds the least rank for which `fit` succeeds.
-//! - `long` lets `search` look at some frames of a long take, chosen by their `sketches`. The other frames get
-//!   their `weights` one by one, by `steps` that look at the vertices near the bound.
+//! - `long` lets `search` look at some frames of a long take, chosen by their `sketches`. The other frames
+//!   get their `weights` one by one, by `steps` that look at the vertices near the bound.
 //! - `basis` turns the result so that rounding does the least harm.
 //! - `rounding` makes the numbers of the file.
 //! - `measure` gives their distance from the frames that came in, in `parts`.

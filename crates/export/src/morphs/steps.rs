@@ -34,9 +34,9 @@ impl Hard {
         Self { vertices, t, m }
     }
 
-    /// Moves `steps`, m for each of `count` frames, until all hard vertices are within the bound, or nearer to
-    /// it. `rests` has what is left of the frames without these steps, 3h for each. Returns how far the worst
-    /// hard vertex of each frame is from its place.
+    /// Moves `steps`, m for each of `count` frames, until all hard vertices are within the bound, or nearer
+    /// to it. `rests` has what is left of the frames without these steps, 3h for each. Returns how far the
+    /// worst hard vertex of each frame is from its place.
     pub(super) fn improve(
         &self,
         count: usize,

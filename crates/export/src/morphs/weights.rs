@@ -218,8 +218,8 @@ impl<'a> Group<'a> {
         }
     }
 
-    /// Brings the frames within the bound, as far as that is found. It begins with the weights that are known,
-    /// or with least squares. Where known weights are no good start, least squares is another one.
+    /// Brings the frames within the bound, as far as that is found. It begins with the weights that are
+    /// known, or with least squares. Where known weights are no good start, least squares is another one.
     fn meet(&mut self, hard: &Hard, bound: f64) {
         let m = self.shapes.m;
         let (known, unknown): (Vec<usize>, Vec<usize>) =
@@ -248,7 +248,7 @@ impl<'a> Group<'a> {
             let hard = own.as_ref().unwrap_or(hard);
             let of_hard = self.improve(&open, &mut steps, hard, bound);
             self.go(&open, &steps);
-            // Where not even the hard vertices can be brought within the bound, no further ones are looked for.
+            // Where not even the hard vertices come within the bound, no further ones are looked for.
             let is_met = |error: f32| f64::from(error) <= bound;
             let met = open.into_iter().zip(of_hard).filter(|(_, error)| is_met(*error));
             open = met.map(|(i, _)| i).filter(|&i| !is_met(self.errors[i])).collect();
@@ -263,8 +263,8 @@ impl<'a> Group<'a> {
         frames.into_iter().filter(|&i| f64::from(self.errors[i]) > bound).collect()
     }
 
-    /// Moves `steps`, m for each of these frames, until all hard vertices are within the bound, or nearer to it.
-    /// Returns how far the worst hard vertex of each frame is from its place.
+    /// Moves `steps`, m for each of these frames, until all hard vertices are within the bound, or nearer to
+    /// it. Returns how far the worst hard vertex of each frame is from its place.
     fn improve(&self, frames: &[usize], steps: &mut [f32], hard: &Hard, bound: f64) -> Vec<f32> {
         let numbers = self.shapes.base.len();
         let mut rests = Vec::with_capacity(frames.len() * 3 * hard.vertices.len());
