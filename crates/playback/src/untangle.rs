@@ -163,7 +163,7 @@ impl<'a> Untangle<'a> {
         positions: &[[f32; 3]],
         mut open: Vec<u32>,
     ) -> HashMap<u32, [f64; 3]> {
-        let mut frame = Frame::new(self.rig, self.learned, &self.example_vectors, handles);
+        let frame = Frame::new(self.rig, self.learned, &self.example_vectors, handles);
         let mut bounds = HashMap::new();
         let mut moved: HashMap<u32, [f64; 3]> = HashMap::new();
         for _ in 0..ROUNDS {
@@ -228,9 +228,6 @@ struct Frame<'a> {
     vectors: Vec<[f64; 3]>,
     /// ‖D_e − D_pe‖² and ‖D_pe‖², (F + H)×P.
     squares: Table<[f64; 2]>,
-    /// What was found of vertices so far: triangles share them.
-    shells: HashMap<u32, [f64; 3]>,
-    nearest: HashMap<u32, f64>,
 }
 
 impl<'a> Frame<'a> {
@@ -260,29 +257,17 @@ impl<'a> Frame<'a> {
         };
         let (features, examples) = (example_vectors.height(), example_vectors.columns());
         let squares = vectors.iter().zip(example_vectors.rows()).flat_map(squares).collect();
-        let squares = Table::new(features, examples, squares);
-        let (shells, nearest) = (HashMap::new(), HashMap::new());
-        Self { rig, learned, motions, center, squares, vectors, shells, nearest }
+        Self { rig, learned, motions, center, squares: Table::new(features, examples, squares), vectors }
     }
 
     /// The bound of a triangle of which the part `before` is left.
-    fn bound(&mut self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
-        for v in corners {
-            if !self.shells.contains_key(&v) {
-                self.shells.insert(v, self.shell(v as usize));
-            }
-        }
-        let of_shell = vec3::dot(normal(corners.map(|v| self.shells[&v])), rest);
+    fn bound(&self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
+        let of_shell = vec3::dot(normal(corners.map(|v| self.shell(v as usize))), rest);
         let bound = LEAST - STEEPNESS * (LEAST - of_shell).max(0.0);
         if before >= bound {
             return bound;
         }
-        for v in corners {
-            if !self.nearest.contains_key(&v) {
-                self.nearest.insert(v, self.nearest(v as usize));
-            }
-        }
-        let nearest = corners.iter().map(|v| self.nearest[v]).fold(OWN, f64::min) / OWN;
+        let nearest = corners.map(|v| self.nearest(v as usize)).into_iter().fold(OWN, f64::min) / OWN;
         // From 0 to 1 without a kink.
         before + nearest * nearest * (3.0 - 2.0 * nearest) * (bound - before)
     }
