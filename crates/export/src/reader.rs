@@ -116,7 +116,7 @@ pub trait AnimationReader: Send {
     }
 
     /// The extent of a frame, its lowest and its highest corner in mesh units; `None` where
-    /// [`Summary::extents`] is false.
+    /// [`Summary::extents`] is false. A file of several clips has one for all frames of all clips.
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>>;
 
     /// The head pose of a frame, as [`rhytid_core::RigidMotion::matrix`] has it: for column vectors, in mesh

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use rhytid_core::{Learned, Rig, Table, VertexId};
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::{Real, vec3};
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::sync::Arc;
 
 /// The least part of a triangle that is left: its area seen along its rest normal, relative to its area at
@@ -50,6 +50,8 @@ pub(crate) struct Untangle<'a> {
     vertex_triangles: Arc<VertexTriangles>,
     /// The triangles that can be turned over and back. They have an area at rest, and a corner that may move.
     triangles: Vec<Triangle>,
+    /// Which of `triangles` are at each vertex that is the lowest of its point.
+    around: VertexTriangles,
     /// V: whether the vertex may move.
     is_free: Vec<bool>,
     /// D_pe, (F + H)×P.
@@ -58,8 +60,6 @@ pub(crate) struct Untangle<'a> {
 
 #[derive(Clone, Copy)]
 struct Triangle {
-    /// Its number in the rig.
-    index: u32,
     corners: [u32; 3],
     /// n / n·n.
     rest_normal: [f32; 3],
@@ -73,14 +73,16 @@ impl<'a> Untangle<'a> {
         rig.handles().held().for_each(|v| is_free[v.index()] = false);
         // Points are known by their lowest vertices.
         let joined = rig.surface().joined_triangles();
-        let triangle = |(index, &corners): (usize, &[u32; 3])| {
+        let triangle = |&corners: &[u32; 3]| {
             let n = normal(corners.map(|v| rig.surface().rest[v as usize].map(f64::from)));
             let square = vec3::dot(n, n);
             let rest_normal = n.map(|x| (x / square) as f32);
             let can_turn =
                 rest_normal.iter().all(|x| x.is_finite()) && corners.iter().any(|&v| is_free[v as usize]);
-            can_turn.then_some(Triangle { index: index as u32, corners, rest_normal })
+            can_turn.then_some(Triangle { corners, rest_normal })
         };
+        let triangles: Vec<Triangle> = joined.iter().filter_map(triangle).collect();
+        let corners: Vec<[u32; 3]> = triangles.iter().map(|triangle| triangle.corners).collect();
         let by_example = rig.example_vectors();
         let (features, examples) = (by_example.columns(), by_example.height());
         let of_feature = |e: usize| by_example.rows().map(move |example| example[e]);
@@ -89,7 +91,8 @@ impl<'a> Untangle<'a> {
             rig,
             learned,
             vertex_triangles,
-            triangles: joined.iter().enumerate().filter_map(triangle).collect(),
+            around: VertexTriangles::new(rig.vertices(), &corners),
+            triangles,
             is_free,
             example_vectors: Table::new(features, examples, by_feature),
         })
@@ -117,10 +120,10 @@ impl<'a> Untangle<'a> {
         positions: &mut [[f32; 3]],
         normals: &mut [[f32; 3]],
     ) {
-        let is_there = |triangle: &Triangle| triangle.corners.iter().any(|v| begin[*v as usize]);
-        let turned = |triangle: &Triangle| is_there(triangle) && is_turned(triangle, positions);
-        let turned = (0..).zip(&self.triangles).filter(|(_, triangle)| turned(triangle));
-        self.turn(turned.map(|(t, _)| t).collect(), handles, positions, normals);
+        let begin = (0..).zip(begin).filter(|(_, begin)| **begin).map(|(v, _)| v);
+        let mut turned = self.at(begin);
+        turned.retain(|t| is_turned(&self.triangles[*t as usize], positions));
+        self.turn(turned, handles, positions, normals);
     }
 
     fn turn(
@@ -162,10 +165,11 @@ impl<'a> Untangle<'a> {
         handles: &[[f32; 3]],
         positions: &[[f32; 3]],
         mut open: Vec<u32>,
-    ) -> HashMap<u32, [f64; 3]> {
+    ) -> FxHashMap<u32, [f64; 3]> {
         let frame = Frame::new(self.rig, self.learned, &self.example_vectors, handles);
-        let mut bounds = HashMap::new();
-        let mut moved: HashMap<u32, [f64; 3]> = HashMap::new();
+        let mut corners_seen = FxHashMap::default();
+        let mut bounds = FxHashMap::default();
+        let mut moved: FxHashMap<u32, [f64; 3]> = FxHashMap::default();
         for _ in 0..ROUNDS {
             let mut stepped = Vec::new();
             for t in open {
@@ -178,7 +182,8 @@ impl<'a> Untangle<'a> {
                     continue;
                 }
                 let bound = *bounds.entry(t).or_insert_with(|| {
-                    frame.bound(corners, rest, vec3::dot(normal(corners.map(before)), rest))
+                    let seen = corners.map(|v| *corners_seen.entry(v).or_insert_with(|| frame.corner(v)));
+                    bound(seen, rest, vec3::dot(normal(corners.map(before)), rest))
                 });
                 if left >= bound - TOLERANCE {
                     continue;
@@ -207,9 +212,7 @@ impl<'a> Untangle<'a> {
 
     /// The triangles at any of these vertices, as indices into [`Untangle::triangles`], ascending.
     fn at(&self, vertices: impl Iterator<Item = u32>) -> Vec<u32> {
-        let triangles = vertices.flat_map(|v| self.vertex_triangles.at(v as usize));
-        let at = |index: &u32| self.triangles.binary_search_by_key(index, |triangle| triangle.index).ok();
-        let mut around: Vec<u32> = triangles.filter_map(at).map(|t| t as u32).collect();
+        let mut around: Vec<u32> = vertices.flat_map(|v| self.around.at(v as usize)).copied().collect();
         around.sort_unstable();
         around.dedup();
         around
@@ -260,16 +263,8 @@ impl<'a> Frame<'a> {
         Self { rig, learned, motions, center, squares: Table::new(features, examples, squares), vectors }
     }
 
-    /// The bound of a triangle of which the part `before` is left.
-    fn bound(&self, corners: [u32; 3], rest: [f64; 3], before: f64) -> f64 {
-        let of_shell = vec3::dot(normal(corners.map(|v| self.shell(v as usize))), rest);
-        let bound = LEAST - STEEPNESS * (LEAST - of_shell).max(0.0);
-        if before >= bound {
-            return bound;
-        }
-        let nearest = corners.map(|v| self.nearest(v as usize)).into_iter().fold(OWN, f64::min) / OWN;
-        // From 0 to 1 without a kink.
-        before + nearest * nearest * (3.0 - 2.0 * nearest) * (bound - before)
+    fn corner(&self, v: u32) -> Corner {
+        Corner { shell: self.shell(v as usize), nearest: self.nearest(v as usize) }
     }
 
     /// The position of a vertex in the shell, in mesh units.
@@ -295,15 +290,36 @@ impl<'a> Frame<'a> {
     /// Distances are of the features that influence the vertex.
     fn nearest(&self, v: usize) -> f64 {
         let mut sums = vec![[0.0; 2]; self.squares.columns()];
-        for (e, omega) in self.rig.influences_of(v) {
+        self.rig.influences_of(v).for_each(|(e, omega)| {
             for (sum, squares) in sums.iter_mut().zip(self.squares.row(e)) {
                 sum[0] += omega * squares[0];
                 sum[1] += omega * squares[1];
             }
-        }
+        });
         let relative = |[apart, size]: [f64; 2]| if size > 0.0 { apart / size } else { f64::INFINITY };
         sums.into_iter().map(relative).fold(f64::INFINITY, f64::min)
     }
+}
+
+/// What the bounds of a frame's triangles depend on at one of their corners.
+#[derive(Clone, Copy)]
+struct Corner {
+    /// Its position in the shell, in mesh units.
+    shell: [f64; 3],
+    /// The squared distance to the nearest example, relative to that example's from rest.
+    nearest: f64,
+}
+
+/// The bound of a triangle of which the part `before` is left. `rest` is its rest normal.
+fn bound(corners: [Corner; 3], rest: [f64; 3], before: f64) -> f64 {
+    let of_shell = vec3::dot(normal(corners.map(|corner| corner.shell)), rest);
+    let bound = LEAST - STEEPNESS * (LEAST - of_shell).max(0.0);
+    if before >= bound {
+        return bound;
+    }
+    let nearest = corners.iter().map(|corner| corner.nearest).fold(OWN, f64::min) / OWN;
+    // From 0 to 1 without a kink.
+    before + nearest * nearest * (3.0 - 2.0 * nearest) * (bound - before)
 }
 
 #[inline(always)]

@@ -121,6 +121,18 @@ fn a_clip_is_compared_with_its_own_take() {
     assert_eq!(output.status.code(), Some(1));
     let said = String::from_utf8(output.stdout).unwrap();
     assert!(said.contains("the stated place of the largest error"), "{said}");
+    // The box around all clips leaves out what is right of the middle.
+    fixture.done("animate face.safetensors take.csv other.csv -o box.usda --shapes 2");
+    fixture.done("verify box.usda --rig face.safetensors --take other.csv");
+    let text = fixture.read_text("box.usda");
+    let corner = text.find("float3[] extent = [(").unwrap();
+    let corner = corner + text[corner..].find("), (").unwrap() + 4;
+    let end = corner + text[corner..].find(',').unwrap();
+    fixture.write("box.usda", format!("{}0{}", &text[..corner], &text[end..]));
+    let output = fixture.rhytid("verify box.usda --rig face.safetensors --take other.csv").output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let said = String::from_utf8(output.stdout).unwrap();
+    assert!(said.contains("extents: wrong in 12 of 12 frames"), "{said}");
     fixture.done("animate face.safetensors take.csv -o one.glb --shapes 2");
     fixture.refused(
         "verify one.glb --rig face.safetensors --take take.csv --clip take",

@@ -23,6 +23,15 @@ const FIRST: usize = 300;
 const MORE: usize = 200;
 /// After the first search, at most so many frames are looked at, evenly spaced.
 const GLANCE: usize = 2000;
+/// Each further look is at so many times as many frames, until one is at all of them. Shapes that are too few
+/// seldom need a look at all frames.
+const WIDER: usize = 3;
+/// Frames with an error above this part of the bound are looked at again with those beyond it: other shapes
+/// move them beyond it most easily.
+const AT_BOUND: f64 = 0.998;
+/// A search that may go on later stops when it has at most this part more shapes than it needs. Shapes that
+/// just suffice for some frames rarely suffice for all.
+const SPARE: f64 = 0.025;
 /// How many times frames join in [`nearest`], at most.
 const JOINS: usize = 8;
 
@@ -77,12 +86,15 @@ pub(super) fn fewest(
     frames.choose(chosen.clone());
     let mut gram = frames.gram(progress)?;
     let start = linear::principal(&gram.matrix)?;
-    let Some(mut fit) = search::fewest(frames, &gram, &start, bound, most, 0, progress)? else {
+    let spare = if chosen.len() < all.len() { SPARE } else { 0.0 };
+    let range = |least| search::Numbers { least, most, spare };
+    let Some(mut fit) = search::fewest(frames, &gram, &start, bound, range(0), progress)? else {
         frames.choose_all();
         return Ok(None);
     };
     // The frames whose weights are looked for.
-    let mut looked_at: Vec<usize> = all.iter().copied().step_by(all.len().div_ceil(GLANCE)).collect();
+    let mut stride = all.len().div_ceil(GLANCE).max(1);
+    let mut looked_at: Vec<usize> = all.iter().copied().step_by(stride).collect();
     let mut known = None;
     loop {
         frames.choose_all();
@@ -100,13 +112,14 @@ pub(super) fn fewest(
             return Ok(Some(Solution { fit, center: gram.center, chosen, weights }));
         }
         if beyond == 0 {
-            looked_at.clone_from(&all);
+            stride = (stride / WIDER).max(1);
+            looked_at = all.iter().copied().step_by(stride).collect();
             known = Some(found.known);
             continue;
         }
         let before = join(&mut chosen, &found.errors, bound);
-        // All frames are looked at again when none of these is beyond the bound.
-        looked_at.retain(|&i| found.errors[i] > bound);
+        // More frames are looked at again when none of these is beyond the bound.
+        looked_at.retain(|&i| found.errors[i] > AT_BOUND * bound);
         frames.choose(chosen.clone());
         let grown = grown(&fit, &before, &chosen, &found.known.weights);
         known = Some(found.known);
@@ -115,10 +128,10 @@ pub(super) fn fewest(
         fit = match again {
             Some(again) => again,
             None => {
-                let least = fit.q.ncols() - 1;
+                let least = fit.q.ncols();
                 gram = frames.gram(progress)?;
                 let start = linear::principal_after(&gram.matrix, &columns)?;
-                match search::fewest(frames, &gram, &start, bound, most, least, progress)? {
+                match search::fewest(frames, &gram, &start, bound, range(least), progress)? {
                     Some(fit) => fit,
                     None => {
                         frames.choose_all();

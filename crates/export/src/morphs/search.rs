@@ -14,7 +14,17 @@ const FIRST_GUESS: f64 = 0.15;
 /// Fits that the search is expected to take, for progress reports.
 const FITS: usize = 8;
 
-/// Searches from `least` to `most` targets; `None` if `most` do not suffice.
+/// The numbers of targets that are tried.
+#[derive(Clone, Copy)]
+pub(super) struct Numbers {
+    /// Fewer are known to be too few.
+    pub least: usize,
+    pub most: usize,
+    /// The search stops when it has at most this part more targets than it needs; 0 to have none too many.
+    pub spare: f64,
+}
+
+/// Searches for the least number of targets that suffices; `None` if `most` do not suffice.
 ///
 /// The search goes in growing steps from `least`, or from a first guess if `least` is 0, until it has a
 /// number that suffices and one that does not. Then it bisects. The first fits start from principal
@@ -28,12 +38,12 @@ pub(super) fn fewest(
     gram: &Gram,
     start: &Eigen,
     bound: f64,
-    most: usize,
-    mut least: usize,
+    numbers: Numbers,
     progress: &dyn Progress,
 ) -> Result<Option<Fit>> {
     const NAME: &str = "find morph targets";
-    let most = most.min(start.vectors.ncols() - 1);
+    let mut least = numbers.least;
+    let most = numbers.most.min(start.vectors.ncols() - 1);
     let total = FITS * fit::ROUNDS;
     let mut fits = 0;
     let mut centred = Centred::new(frames, gram);
@@ -62,7 +72,7 @@ pub(super) fn fewest(
         }
         let enough = best.as_ref().map(|best| best.0);
         next = match enough {
-            Some(enough) if enough <= least => break,
+            Some(enough) if enough <= least + (numbers.spare * enough as f64) as usize => break,
             None if least > most => break,
             None => most.min(next + stride),
             Some(enough) if least == 0 => enough.saturating_sub(stride),

@@ -522,8 +522,9 @@ fn a_long_take_needs_hardly_more_targets_than_if_all_its_frames_are_compared() {
     let gram = frames.gram(&NoProgress).unwrap();
     let start = super::linear::principal(&gram.matrix).unwrap();
     let bound = 0.05;
+    let numbers = super::search::Numbers { least: 0, most: 256, spare: 0.0 };
     let of_all =
-        super::search::fewest(&mut frames, &gram, &start, bound, 256, 0, &NoProgress).unwrap().unwrap();
+        super::search::fewest(&mut frames, &gram, &start, bound, numbers, &NoProgress).unwrap().unwrap();
     let of_all = of_all.q.ncols() - 1;
     let found = compress(&animation, settings(bound / 0.98, false)).unwrap().targets.len();
     assert!(found <= of_all + 1 + of_all / 20, "{found} targets, {of_all} if all frames are compared");

@@ -38,8 +38,17 @@ struct Numbers {
     /// The channels that the mesh has samples of. If there are shapes, only those that the shapes do not
     /// make.
     channels: Vec<(Channel, usize)>,
-    extent: Option<usize>,
+    extent: Option<Extent>,
     head: Option<usize>,
+}
+
+/// The box around the positions.
+#[derive(Clone, Copy)]
+enum Extent {
+    /// The samples of each frame's box.
+    OfFrames(usize),
+    /// One box around all frames of all clips.
+    OfClips([[f32; 3]; 2]),
 }
 
 impl Animation {
@@ -114,7 +123,11 @@ impl AnimationReader for Animation {
     }
 
     fn extent(&mut self, frame: usize) -> Result<Option<[[f32; 3]; 2]>> {
-        let Some(number) = self.numbers.extent else { return Ok(None) };
+        let number = match self.numbers.extent {
+            None => return Ok(None),
+            Some(Extent::OfClips(corners)) => return Ok(Some(corners)),
+            Some(Extent::OfFrames(number)) => number,
+        };
         match self.samples.read(number, frame)? {
             Value::Float3s(corners) if corners.len() == 2 => Ok(Some([corners[0], corners[1]])),
             _ => Err(self.damaged("extents", frame, "no two corners")),
@@ -183,7 +196,7 @@ fn with_shapes(layer: &Layer, scene: &Scene<'_>, choices: &Choices) -> Result<La
     let (_, above) = face.path.split_last().ok_or_else(was_there)?;
     let prims = above.iter().try_fold(&mut expected.prims, |prims, _| Some(&mut prims.first_mut()?.children));
     let root = prims.and_then(|prims| prims.first_mut()).ok_or_else(was_there)?;
-    // The box around the frames of several clips is not computed anew.
+    // The box around the frames of several clips is compared with the frames of each clip.
     root.properties.extend(extent.filter(|_| prims_of_clips > 1).map(Property::Attribute));
     let mesh = root.children.first_mut().ok_or_else(was_there)?;
     mesh.children.extend(children);
@@ -217,6 +230,14 @@ fn clips(root: &Prim) -> Vec<String> {
     if animations.len() > 1 { animations.iter().map(name).collect() } else { Vec::new() }
 }
 
+/// The box around the frames of several clips; `None` for a single one.
+fn extent_of_clips(root: &Prim, animations: &[&Prim]) -> Option<[[f32; 3]; 2]> {
+    match attribute(root, "extent")?.default.as_ref()? {
+        Value::Float3s(corners) if animations.len() > 1 => <[[f32; 3]; 2]>::try_from(&corners[..]).ok(),
+        _ => None,
+    }
+}
+
 fn find(layer: &Layer, samples: &mut dyn Samples, clip: usize) -> Result<(Summary, Numbers), Fault> {
     let face = face_of(layer).ok_or_else(|| {
         "has no default prim, expected that of an exported animation; export it again".to_owned()
@@ -247,7 +268,10 @@ fn find(layer: &Layer, samples: &mut dyn Samples, clip: usize) -> Result<(Summar
         frames,
         shapes,
         channels,
-        extent: sampled(mesh, "extent").or_else(|| sampled(root, "extent")),
+        extent: match sampled(mesh, "extent").or_else(|| sampled(root, "extent")) {
+            Some(number) => Some(Extent::OfFrames(number)),
+            None => extent_of_clips(root, &animations).map(Extent::OfClips),
+        },
         head: sampled(root, "xformOp:transform"),
     };
     let (first_time_code, frames) = check_times(&mut numbers, samples)?;
@@ -376,7 +400,11 @@ fn check_times(numbers: &mut Numbers, samples: &dyn Samples) -> Result<(f64, usi
             _ => return fault(&channel.words),
         }
     }
-    for (what, number) in [("extents", numbers.extent), ("head", numbers.head)] {
+    let extent = match numbers.extent {
+        Some(Extent::OfFrames(number)) => Some(number),
+        _ => None,
+    };
+    for (what, number) in [("extents", extent), ("head", numbers.head)] {
         if number.is_some_and(|number| samples.times(number) != times) {
             return fault(what);
         }
