@@ -2,6 +2,7 @@
 //!
 //! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
 mod arrays;
+mod packed;
 
 use crate::openings::{ACROSS, LEADERS};
 use crate::{
@@ -10,6 +11,7 @@ use crate::{
     input_file,
 };
 use arrays::Arrays;
+pub use packed::{Packing, ROUNDED, Step, encode as pack, read_packing, rounded};
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
@@ -348,7 +350,15 @@ impl Tensor {
 /// # Errors
 /// [`Error::Input`], as [`read`].
 pub fn decode(bytes: &[u8], name: &str) -> Result<Rig> {
-    let metadata = Metadata::of_file(bytes, name)?;
+    if version(bytes, name)? == packed::VERSION {
+        let packed::Unpacked { metadata, arrays } = packed::unpack(bytes, name)?;
+        return of_arrays(metadata, &arrays, name);
+    }
+    of_arrays(Metadata::of_file(bytes, name)?, bytes, name)
+}
+
+/// The rig of a safetensors file's arrays.
+fn of_arrays(metadata: Metadata, bytes: &[u8], name: &str) -> Result<Rig> {
     let tensors = SafeTensors::deserialize(bytes).map_err(|e| not_whole(name, &e))?;
     let parts = Arrays { tensors, name }.rig(metadata)?;
     Rig::new(parts).map_err(|error| {
@@ -368,6 +378,26 @@ fn not_whole(name: &str, e: &SafeTensorError) -> Error {
         "{name}: is no whole safetensors file ({e}); it may be cut short: solve or copy it again"
     ))
     .of_kind(kind)
+}
+
+/// The version of a rig file.
+fn version(bytes: &[u8], name: &str) -> Result<u32> {
+    let version: VersionOnly = serde_json::from_str(&json(bytes, name)?).map_err(|e| unreadable(name, &e))?;
+    Ok(version.version)
+}
+
+/// The text of a rig file's metadata.
+fn json(bytes: &[u8], name: &str) -> Result<String> {
+    let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| not_whole(name, &e))?;
+    let json = header.metadata().as_ref().and_then(|metadata| metadata.get(METADATA_KEY));
+    json.cloned().ok_or_else(|| {
+        let what = format!("is a safetensors file, but no rig: it has no `{METADATA_KEY}` in its metadata");
+        Error::rig_damaged(format!("{name}: {what}")).of_kind(InputErrorKind::UnsupportedFormat)
+    })
+}
+
+fn unreadable(name: &str, e: &serde_json::Error) -> Error {
+    Error::rig_damaged(format!("{name}: its metadata cannot be read ({e}); solve the rig again"))
 }
 
 impl Metadata {
@@ -418,16 +448,10 @@ impl Metadata {
         }
     }
 
-    /// The metadata of a file of a version that can be read.
+    /// The metadata of a file of a version that can be read, and is not packed.
     fn of_file(bytes: &[u8], name: &str) -> Result<Self> {
         let fail = |what: String| Error::rig_damaged(format!("{name}: {what}"));
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| not_whole(name, &e))?;
-        let json = header.metadata().as_ref().and_then(|m| m.get(METADATA_KEY)).ok_or_else(|| {
-            fail(format!("is a safetensors file, but no rig: it has no `{METADATA_KEY}` in its metadata"))
-                .of_kind(InputErrorKind::UnsupportedFormat)
-        })?;
-        let broken = |e| fail(format!("its metadata cannot be read ({e}); solve the rig again"));
-        let VersionOnly { version } = serde_json::from_str(json).map_err(broken)?;
+        let version = version(bytes, name)?;
         if !VERSIONS.contains(&version) {
             let [others @ .., last] = VERSIONS.map(|version| version.to_string());
             return Err(fail(format!(
@@ -437,6 +461,6 @@ impl Metadata {
             ))
             .of_kind(InputErrorKind::UnsupportedVersion));
         }
-        serde_json::from_str(json).map_err(broken)
+        serde_json::from_str(&json(bytes, name)?).map_err(|e| unreadable(name, &e))
     }
 }

@@ -192,6 +192,33 @@ impl<'a> Playback<'a> {
         })
     }
 
+    /// Evaluates frames × H handle positions and hands each frame's positions and normals to `each`, as the
+    /// device gives them. No stage of the host finishes them.
+    ///
+    /// # Errors
+    /// [`Error::Device`], [`Error::Cancelled`].
+    pub(crate) fn evaluate_unfinished(
+        &mut self,
+        poses: &[[f32; 3]],
+        progress: &dyn Progress,
+        mut each: impl FnMut(&[[f32; 3]], &[[f32; 3]]),
+    ) -> Result<()> {
+        let (rig, triangles) = (self.rig, self.triangles.clone());
+        let context = Context {
+            rig,
+            triangles: &triangles,
+            unedited: poses,
+            edited: poses,
+            times: &[],
+            stage: OutputStage::Full,
+            normals: true,
+        };
+        self.run(&context, &FrameEffects::default(), progress, |frame| {
+            each(frame.positions, frame.normals);
+            Ok(())
+        })
+    }
+
     /// Runs all frames of a context through their stages, and hands each frame to `each`.
     fn run(
         &mut self,

@@ -446,6 +446,25 @@ mod tests {
     }
 
     #[test]
+    fn turning_back_can_begin_at_some_vertices() {
+        let rig = rig(None);
+        let untangle = untangle(&rig);
+        let handles = handles_at_rest(&rig);
+        for v in amid_free_ones(&untangle).into_iter().step_by(97) {
+            let before = tangled(&rig, v, 1.5);
+            let (mut expected, mut found) = (before.clone(), before.clone());
+            let mut begin = vec![false; rig.vertices()];
+            untangle.frame_at(&begin, handles.as_chunks().0, &mut found, &mut []);
+            assert_eq!(found, before, "vertex {v}");
+            begin[v as usize] = true;
+            untangle.frame_at(&begin, handles.as_chunks().0, &mut found, &mut []);
+            untangle.frame(handles.as_chunks().0, &mut expected, &mut []);
+            assert!(apart(&before, &expected) > 0.0, "vertex {v}");
+            assert_eq!(found, expected, "vertex {v}");
+        }
+    }
+
+    #[test]
     fn examples_keep_their_own_shape_and_only_they() {
         let rig = rig(None);
         let untangle = untangle(&rig);
