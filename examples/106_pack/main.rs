@@ -3,8 +3,8 @@
 //! ```sh
 //! cargo run --release -p rhytid-examples --example 106_pack -- face.safetensors small.safetensors 0.05
 //! ```
-//! The last number is how far a vertex may be off, in millimetres. Every command reads the small file as it reads any
-//! rig.
+//! The last number is how far a vertex may be off, in millimetres. Every command reads the small file as it
+//! reads any rig.
 use rhytid::core::rig_file;
 use rhytid::devices::{Guard, choose_devices};
 use rhytid::{Error, NoProgress, Result, playback};

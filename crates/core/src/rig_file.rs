@@ -43,7 +43,7 @@ const LEARNED_VERSION: u32 = 5;
 const CHAPTER_VERSION: u32 = 2;
 
 /// The versions that can be read.
-const VERSIONS: [u32; 8] = [
+const VERSIONS: [u32; 9] = [
     CHAPTER_VERSION,
     LEARNED_VERSION,
     TURNING_VERSION,
@@ -52,6 +52,7 @@ const VERSIONS: [u32; 8] = [
     CONTACT_VERSION,
     JOINED_VERSION,
     VERSION,
+    packed::VERSION,
 ];
 
 /// The metadata key under which [`Metadata`] stands, as JSON.

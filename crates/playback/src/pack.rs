@@ -13,7 +13,7 @@ const FIRST: f32 = 1.0 / 512.0;
 const LARGEST: f32 = 1.0 / 16.0;
 /// Steps are chosen so that the error is this part of the bound.
 const AIM: f64 = 0.97;
-/// The steps are good enough if the error could grow by less than this part before it is at the aim.
+/// The steps are good enough if the error is at least this part of the aim.
 const CLOSE: f64 = 0.96;
 /// How many times the steps of all arrays are chosen, at most.
 const ROUNDS: usize = 8;
@@ -30,14 +30,15 @@ pub struct Packed {
 
 /// Packs a rig.
 ///
-/// In all examples, and half of the way to each, no vertex is farther than `max_error`, in mesh units, from where
-/// the rig has it. Without examples, poses in which all handles move count instead. Triangles that are turned back
-/// afterwards, and parts that touch, may magnify the error of a few vertices.
+/// In all examples, and half of the way to each, no vertex is farther than `max_error`, in mesh units, from
+/// where the rig has it. Without examples, poses in which all handles move count instead. Triangles that are
+/// turned back afterwards, and parts that touch, may magnify the error of a few vertices.
 ///
 /// [`rig_file::read`] and [`rig_file::decode`] read the file as they read any rig.
 ///
 /// # Errors
-/// [`Error::Input`] if the bound is too small for the file's numbers. [`Error::Device`]; [`Error::Cancelled`].
+/// [`Error::Input`] if the bound is too small for the file's numbers. [`Error::Device`];
+/// [`Error::Cancelled`].
 pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Progress) -> Result<Packed> {
     const NAME: &str = "choose how to round";
     let poses = poses(rig);
@@ -79,7 +80,7 @@ pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Pr
     progress.step(NAME, total, total)?;
     let Some((steps, found)) = best else {
         return Err(Error::out_of_range(format!(
-            "no rounding that saves bytes keeps all vertices within {} mm; allow more with --max-error",
+            "no rounding that saves bytes keeps all vertices within {} mm; allow a larger error",
             human::number(max_error * rig.surface().metres_per_unit * 1000.0)
         )));
     };

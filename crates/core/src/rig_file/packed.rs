@@ -1,8 +1,8 @@
 //! Packed rig files: the arrays of a rig file, smaller (`docs/rig-file.md`).
 //!
-//! Numbers of an array with a [`Step`] are rounded to its multiples; all others are kept as they are. Each number
-//! is predicted from the vertices before it that are joined to its vertex. What the prediction leaves is small,
-//! and is compressed with deflate.
+//! Numbers of an array with a [`Step`] are rounded to its multiples; all others are kept as they are. Each
+//! number is predicted from the vertices before it that are joined to its vertex. What the prediction leaves
+//! is small, and is compressed with deflate.
 
 use super::{METADATA_KEY, Metadata, Tensor, not_whole, tensors};
 use crate::{Error, InputErrorKind, Result, Rig, SurfacePoint, VertexId, input_file};
@@ -102,8 +102,8 @@ impl PackedArray {
     }
 }
 
-/// The bytes of a packed file; the same rig and steps give the same bytes. Arrays without a step are kept as they
-/// are, and so are the rows of vertices that handles are at.
+/// The bytes of a packed file; the same rig and steps give the same bytes. Arrays without a step are kept as
+/// they are, and so are the rows of vertices that handles are at.
 ///
 /// # Errors
 /// [`Error::Internal`] if the libraries that write it fail.
@@ -293,8 +293,8 @@ impl PackedArray {
         self.rows() == mesh.before.len() && (self.step().is_some() || self.shape.len() > 1)
     }
 
-    /// What is left of the numbers by their prediction: the lowest bytes of all numbers, column by column, then
-    /// the next ones. Rows that are kept follow.
+    /// What is left of the numbers by their prediction: the lowest bytes of all numbers, column by column,
+    /// then the next ones. Rows that are kept follow.
     fn differences(&self, bytes: &[u8], mesh: &Joined, kept: &BTreeSet<usize>) -> Vec<u8> {
         if self.dtype == Dtype::U8 {
             return bytes.to_vec();
@@ -416,8 +416,8 @@ enum Before {
     Neighbours {
         /// The last of them.
         last: u32,
-        /// Triangles a, b, c of which a and b make another triangle with the vertex, which is near a + b − c. If
-        /// there is none, each neighbour a as a, a, a.
+        /// Triangles a, b, c of which a and b make another triangle with the vertex, which is near a + b − c.
+        /// If there is none, each neighbour a as a, a, a.
         corners: Vec<[u32; 3]>,
     },
     Nothing,

@@ -16,8 +16,8 @@ fn solved(face: &Face) -> Rig {
     solve(face, &NoProgress).unwrap().rounded().unwrap()
 }
 
-/// Rigs with handles at vertices and inside triangles, with eyeballs, with openings, and with vertices that are
-/// one point.
+/// Rigs with handles at vertices and inside triangles, with eyeballs, with openings, and with vertices that
+/// are one point.
 static RIGS: LazyLock<Vec<Rig>> = LazyLock::new(|| {
     let mut inside = sheet::face();
     inside.handles.points = beside(&inside.neutral, &inside.handles.points, [0.5, 0.25, 0.25]);

@@ -440,17 +440,17 @@ fn files_cut_short_anywhere() {
 #[test]
 fn other_versions_and_other_files() {
     // Earlier versions that are no longer written, and later ones.
-    for version in [0, 1, 3, 4, 12, u32::MAX] {
+    for version in [0, 1, 3, 4, 13, u32::MAX] {
         let bytes = with_metadata(|m| m["version"] = version.into());
         let kind = refused(
             &bytes,
-            &[&format!("version {version}, expected 2, 5, 6, 7, 8, 9, 10 or 11"), "solve the face again"],
+            &[&format!("version {version}, expected 2, 5, 6, 7, 8, 9, 10, 11 or 12"), "solve the face again"],
         );
         assert_eq!(kind, InputErrorKind::UnsupportedVersion);
     }
     // Such a file may have entirely different metadata, and arrays that are unknown here.
-    let newer = with_metadata(|m| *m = json!({"version": 12}));
-    refused(&newer, &["version 12, expected 2, 5, 6, 7, 8, 9, 10 or 11"]);
+    let newer = with_metadata(|m| *m = json!({"version": 13}));
+    refused(&newer, &["version 13, expected 2, 5, 6, 7, 8, 9, 10, 11 or 12"]);
     refused(
         &with_header(|h| drop(h.as_object_mut().unwrap().remove("__metadata__"))),
         &["no rig", "`rhytid`"],
