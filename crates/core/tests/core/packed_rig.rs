@@ -111,7 +111,9 @@ fn a_file_that_is_cut_short_is_refused() {
 
 proptest! {
     #[test]
-    fn damage_never_panics(places in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4)) {
+    fn damage_never_panics(
+        places in proptest::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..4)
+    ) {
         let mut bytes = PACKED.clone();
         for (place, byte) in places {
             let place = place.index(bytes.len());
