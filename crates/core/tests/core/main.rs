@@ -1,6 +1,5 @@
 //! The integration tests of this crate, in one program.
 mod animator;
 mod atomic_file;
-mod packed_rig;
 mod plan;
 mod rig_file;
