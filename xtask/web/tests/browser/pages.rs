@@ -68,7 +68,7 @@ fn all_of_it_without_data_is_small() {
     let files = &pages().files;
     let bytes: u64 = files.iter().filter(|file| !file.is_data).map(|file| file.bytes).sum();
     println!("{bytes} bytes without data: {files:?}");
-    assert!(bytes < 5_100_000, "{files:?}");
+    assert!(bytes < 5_200_000, "{files:?}");
     let data: Vec<&str> = files.iter().filter(|file| file.is_data).map(|file| file.name.as_str()).collect();
     assert_eq!(data, ["demo.csv.gz", "demo.safetensors.gz"]);
 }
