@@ -11,7 +11,7 @@ use crate::{
     input_file,
 };
 use arrays::Arrays;
-pub use packed::{Packing, ROUNDED, Step, encode as pack, read_packing, rounded};
+pub use packed::{Packing, Roundable, Step, encode as pack, read_packing, roundable, rounded};
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;

@@ -1,7 +1,7 @@
 //! Packed rigs: how far the numbers of a rig may be rounded so that frames stay within a bound.
 
 use crate::Playback;
-use rhytid_core::rig_file::{self, Packing, ROUNDED, Step};
+use rhytid_core::rig_file::{self, Packing, Step};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, human};
 use rhytid_kernels::vec3;
 
@@ -48,7 +48,7 @@ pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Pr
         let mut packed = Playback::new(&rounded, devices, BATCH)?;
         difference(&mut whole, &mut packed, &poses, progress)
     };
-    let arrays: Vec<Numbers> = ROUNDED.into_iter().filter_map(|array| numbers(rig, array)).collect();
+    let arrays = rig_file::roundable(rig);
     let columns: usize = arrays.iter().map(|numbers| numbers.columns).sum();
     let total = (arrays.len() + ROUNDS) as u64;
     let mut steps = Vec::new();
@@ -105,34 +105,6 @@ fn poses(rig: &Rig) -> Vec<[f32; 3]> {
         .zip(rest.iter().cycle())
         .map(|(at, rest)| std::array::from_fn(|axis| 0.5 * (at[axis] + rest[axis])));
     examples.as_slice().iter().copied().chain(between).collect()
-}
-
-/// The numbers of an array.
-struct Numbers {
-    array: &'static str,
-    /// How many each vertex has.
-    columns: usize,
-    /// The largest size of one.
-    largest: f32,
-}
-
-/// `None` for an array that the rig does not have, or of zeros alone.
-fn numbers(rig: &Rig, array: &'static str) -> Option<Numbers> {
-    let learned = rig.learned();
-    let values: &[f32] = match array {
-        "rest" => rig.surface().rest.as_flattened(),
-        "basis" => rig.basis().as_slice(),
-        "influence_weights" => rig.influences().weights.as_slice(),
-        "rbf_weights" => rig.fine_scale().rbf_weights.as_slice().as_flattened(),
-        "anchor_weights" => learned?.anchor_weights.as_slice(),
-        "feature_gains" => learned?.feature_gains.as_slice(),
-        "example_weights" => learned?.example_weights.as_slice().as_flattened(),
-        "variances" => &learned?.variances,
-        _ => return None,
-    };
-    let largest = values.iter().fold(0.0, |most: f32, x| most.max(x.abs()));
-    let columns = values.len() / rig.vertices().max(1);
-    (largest > 0.0).then_some(Numbers { array, columns, largest })
 }
 
 /// Poses of a rig without examples: all handles move by a hundredth of the face, along each axis, every other

@@ -19,7 +19,7 @@ use std::io::{Read, Write};
 pub(super) const VERSION: u32 = 12;
 
 /// The arrays whose numbers may be rounded. Each has a row for each vertex.
-pub const ROUNDED: [&str; 8] = [
+const ROUNDED: [&str; 8] = [
     "rest",
     "basis",
     "influence_weights",
@@ -33,7 +33,7 @@ pub const ROUNDED: [&str; 8] = [
 /// How the numbers of an array are rounded.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// One of [`ROUNDED`].
+    /// The name of one of [`roundable`].
     pub array: &'static str,
     /// Numbers become multiples of it; positive.
     pub size: f32,
@@ -137,6 +137,29 @@ pub fn encode(rig: &Rig, steps: &[Step], packing: &Packing) -> Result<Vec<u8>> {
             safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
         })
         .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
+}
+
+/// An array whose numbers may be rounded.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Roundable {
+    /// Its name in the file.
+    pub array: &'static str,
+    /// How many numbers each vertex has.
+    pub columns: usize,
+    /// The largest size of a number, in the array's unit; above 0.
+    pub largest: f32,
+}
+
+/// The arrays of a rig whose numbers may be rounded, without those that are empty or 0 everywhere.
+pub fn roundable(rig: &Rig) -> Vec<Roundable> {
+    let of_tensor = |tensor: Tensor| {
+        let array = ROUNDED.into_iter().find(|array| *array == tensor.name)?;
+        let numbers = tensor.bytes.as_chunks().0.iter().map(|word| f32::from_le_bytes(*word));
+        let largest = numbers.fold(0.0, |most: f32, x| most.max(x.abs()));
+        let columns = tensor.shape.iter().skip(1).product();
+        (largest > 0.0).then_some(Roundable { array, columns, largest })
+    };
+    tensors(rig).into_iter().filter_map(of_tensor).collect()
 }
 
 /// The rig that a packed file with these steps unpacks to.

@@ -1,7 +1,7 @@
 //! Packed rig files: what is kept, what is rounded, and what is refused.
 
 use proptest::prelude::*;
-use rhytid_core::rig_file::{self, Packing, ROUNDED, Step};
+use rhytid_core::rig_file::{self, Packing, Step};
 use rhytid_core::{Face, NoProgress, Rig, VertexId};
 use rhytid_solve::solve;
 use rhytid_test_support::points::beside;
@@ -29,7 +29,7 @@ static PACKED: LazyLock<Vec<u8>> =
     LazyLock::new(|| rig_file::pack(&RIGS[0], &steps(0.01), &PACKING).unwrap());
 
 fn steps(size: f32) -> Vec<Step> {
-    ROUNDED.into_iter().map(|array| Step { array, size }).collect()
+    RIGS.iter().flat_map(rig_file::roundable).map(|found| Step { array: found.array, size }).collect()
 }
 
 /// The vertices that handles are at, with all vertices of the same points.
