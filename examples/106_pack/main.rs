@@ -20,7 +20,7 @@ fn main() -> Result<()> {
     let unit = 1e3 * rig.surface().metres_per_unit;
     let max_error = millimetres.parse::<f64>().expect("a number of millimetres") / unit;
     let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress)?.devices;
-    let packed = playback::pack(&rig, max_error, &devices, &NoProgress)?;
+    let packed = playback::pack(&rig, &[], max_error, &devices, &NoProgress)?;
     std::fs::write(small, &packed.bytes).map_err(Error::io(Path::new(small)))?;
     println!(
         "{small}: {} bytes, {:.0} a vertex; off by {:.4} mm at most and {:.4} mm RMS, normals by {:.2}° RMS",
@@ -28,7 +28,7 @@ fn main() -> Result<()> {
         packed.bytes.len() as f64 / rig.vertices() as f64,
         packed.packing.worst * unit,
         packed.packing.rms * unit,
-        packed.normals
+        packed.packing.normals
     );
     Ok(())
 }

@@ -8,6 +8,7 @@ mod fine_detail;
 mod help;
 mod judge;
 mod live;
+mod pack;
 mod placing;
 mod prepare;
 #[cfg(feature = "wgpu")]
@@ -33,6 +34,7 @@ pub(crate) use fine_detail::FineDetail;
 pub(crate) use help::{DOCS, command};
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
+pub(crate) use pack::Pack;
 pub(crate) use placing::{Handles, New, Placement, TakeReading, again};
 pub(crate) use prepare::Prepare;
 #[cfg(feature = "wgpu")]
@@ -273,6 +275,17 @@ Examples:
   rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --with-linear-band --report report
   rhytid transfer --from ANNA.safetensors --to BEN.toml -o BEN.safetensors --landmarks pairs.csv --examples made")]
     Transfer(Transfer),
+
+    /// Make a rig file small, to send it.
+    ///
+    /// Numbers of the rig are rounded. No vertex is farther than --max-error from where the rig has it, in
+    /// all examples and in all frames of TAKE. Every command and the page read the small file as they read
+    /// any rig. docs/delivery.md compares it with other ways to send a performance.
+    #[command(after_help = "\
+Examples:
+  rhytid pack FACE.safetensors -o small.safetensors
+  rhytid pack FACE.safetensors TAKE.csv -o small.safetensors --max-error 0.02")]
+    Pack(Box<Pack>),
 
     /// Look at a project for everything that would hurt its solve.
     ///

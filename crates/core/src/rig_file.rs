@@ -180,16 +180,20 @@ pub fn write(path: &Path, rig: &Rig) -> Result<()> {
 /// [`Error::Internal`] if the libraries that write it fail.
 pub fn encode(rig: &Rig) -> Result<Vec<u8>> {
     let json = serde_json::to_string(&Metadata::of_rig(rig)).map_err(|e| Error::Internal(e.to_string()))?;
-    let tensors = tensors(rig);
-    let views = tensors
-        .iter()
-        .map(|t| Ok((t.name, TensorView::new(t.dtype, t.shape.clone(), &t.bytes)?)))
-        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
-    views
-        .and_then(|views| {
-            safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
-        })
+    safetensors_file(tensors(rig).iter().map(Tensor::view), Some(json))
         .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
+}
+
+/// The bytes of a safetensors file with these arrays, and with `metadata` under [`METADATA_KEY`].
+fn safetensors_file<'a>(
+    arrays: impl Iterator<Item = ArrayView<'a>>,
+    metadata: Option<String>,
+) -> std::result::Result<Vec<u8>, SafeTensorError> {
+    let mut views = Vec::new();
+    for ArrayView { name, dtype, shape, bytes } in arrays {
+        views.push((name, TensorView::new(dtype, shape, bytes)?));
+    }
+    safetensors::serialize(views, metadata.map(|json| HashMap::from([(METADATA_KEY.to_owned(), json)])))
 }
 
 /// All arrays of a rig, in the order in which they are passed on.
@@ -267,7 +271,19 @@ struct Tensor {
     bytes: Vec<u8>,
 }
 
+/// An array of a file, with its name and its bytes elsewhere.
+struct ArrayView<'a> {
+    name: &'a str,
+    dtype: Dtype,
+    shape: Vec<usize>,
+    bytes: &'a [u8],
+}
+
 impl Tensor {
+    fn view(&self) -> ArrayView<'_> {
+        ArrayView { name: self.name, dtype: self.dtype, shape: self.shape.clone(), bytes: &self.bytes }
+    }
+
     /// One vertex of each handle or, where some are inside triangles, three with their weights.
     fn points(points: &[SurfacePoint]) -> Vec<Self> {
         let vertices: Option<Vec<VertexId>> = points.iter().map(SurfacePoint::vertex).collect();

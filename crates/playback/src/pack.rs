@@ -3,6 +3,7 @@
 use crate::Playback;
 use rhytid_core::rig_file::{self, Packing, Step};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, human};
+use rhytid_formats::export::OutputStage;
 use rhytid_kernels::vec3;
 
 /// Poses that are evaluated at once.
@@ -24,29 +25,37 @@ pub struct Packed {
     pub bytes: Vec<u8>,
     /// What the file states.
     pub packing: Packing,
-    /// The root of the mean squared angle between the normals of both rigs, in degrees.
-    pub normals: f64,
 }
 
 /// Packs a rig.
 ///
-/// In all examples, and half of the way to each, no vertex is farther than `max_error`, in mesh units, from
-/// where the rig has it. Without examples, poses in which all handles move count instead. Triangles that are
-/// turned back afterwards, and parts that touch, may magnify the error of a few vertices.
+/// In all examples, half of the way to each, and in all frames of a take, no vertex is farther than
+/// `max_error`, in mesh units, from where the rig has it. `take` has frames × H positions of handles, and may
+/// be empty. Without examples, poses in which all handles move count instead of them.
+///
+/// The bound is for frames as a device gives them. Triangles that are turned back afterwards, and parts that
+/// touch, may magnify the error of a few vertices; [`Packing::finished`] is the largest error then.
 ///
 /// [`rig_file::read`] and [`rig_file::decode`] read the file as they read any rig.
 ///
 /// # Errors
 /// [`Error::Input`] if the bound is too small for the file's numbers. [`Error::Device`];
 /// [`Error::Cancelled`].
-pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Progress) -> Result<Packed> {
+pub fn pack(
+    rig: &Rig,
+    take: &[[f32; 3]],
+    max_error: f64,
+    devices: &[DeviceInfo],
+    progress: &dyn Progress,
+) -> Result<Packed> {
     const NAME: &str = "choose how to round";
-    let poses = poses(rig);
+    let own = poses(rig);
+    let all = [&own, take].concat();
     let mut whole = Playback::new(rig, devices, BATCH)?;
-    let mut off = |steps: &[Step]| -> Result<Difference> {
+    let mut off = |steps: &[Step], poses: &[[f32; 3]], frames: Frames| -> Result<Difference> {
         let rounded = rig_file::rounded(rig, steps)?;
         let mut packed = Playback::new(&rounded, devices, BATCH)?;
-        difference(&mut whole, &mut packed, &poses, progress)
+        difference(&mut whole, &mut packed, poses, frames, progress)
     };
     let arrays = rig_file::roundable(rig);
     let columns: usize = arrays.iter().map(|numbers| numbers.columns).sum();
@@ -55,9 +64,10 @@ pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Pr
     for (i, numbers) in arrays.iter().enumerate() {
         progress.step(NAME, i as u64, total)?;
         let first = Step { array: numbers.array, size: FIRST * numbers.largest };
-        let worst = off(&[first])?.worst;
-        // An array with more numbers gets more of the error, since each number saves as much.
-        let share = max_error * numbers.columns as f64 / columns as f64;
+        let worst = off(&[first], &own, Frames::OfDevice)?.worst;
+        // An array with more numbers gets more of the error, since each number saves as much. Squares of
+        // errors add up.
+        let share = max_error * (numbers.columns as f64 / columns as f64).sqrt();
         let size = (f64::from(first.size) * share / worst) as f32;
         // Numbers that move nothing say how certain a position is.
         let size = if worst > 0.0 { size.min(LARGEST * numbers.largest) } else { first.size };
@@ -66,7 +76,7 @@ pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Pr
     let mut best: Option<(Vec<Step>, Difference)> = None;
     for round in 0..ROUNDS {
         progress.step(NAME, (arrays.len() + round) as u64, total)?;
-        let found = off(&steps)?;
+        let found = off(&steps, &all, Frames::OfDevice)?;
         let factor = AIM * max_error / found.worst.max(1e-3 * max_error);
         let is_larger = best.as_ref().is_none_or(|(_, best)| found.worst > best.worst);
         if found.worst <= max_error && is_larger {
@@ -84,13 +94,17 @@ pub fn pack(rig: &Rig, max_error: f64, devices: &[DeviceInfo], progress: &dyn Pr
             human::number(max_error * rig.surface().metres_per_unit * 1000.0)
         )));
     };
+    let finished = off(&steps, &all, Frames::Finished)?;
     let packing = Packing {
         worst: found.worst,
         rms: found.rms,
-        poses: poses.len() / rig.handles().len(),
+        normals: found.normals,
+        finished: finished.worst,
+        finished_beyond: finished.by_vertex.iter().filter(|&&worst| worst > found.worst).count(),
+        poses: all.len() / rig.handles().len(),
         rig: rig_file::hash_of(rig)?,
     };
-    Ok(Packed { bytes: rig_file::pack(rig, &steps, &packing)?, packing, normals: found.normals })
+    Ok(Packed { bytes: rig_file::pack(rig, &steps, &packing)?, packing })
 }
 
 /// The poses that are compared.
@@ -130,10 +144,43 @@ fn moved(rig: &Rig) -> Vec<[f32; 3]> {
     (0..3).flat_map(pose).collect()
 }
 
+/// Which frames are compared.
+#[derive(Clone, Copy)]
+enum Frames {
+    /// As a device gives them.
+    OfDevice,
+    /// With triangles turned back and parts kept apart.
+    Finished,
+}
+
+impl Frames {
+    /// Hands positions and normals of each pose to `each`.
+    fn play(
+        self,
+        playback: &mut Playback<'_>,
+        poses: &[[f32; 3]],
+        progress: &dyn Progress,
+        mut each: impl FnMut(&[[f32; 3]], &[[f32; 3]]),
+    ) -> Result<()> {
+        match self {
+            Self::OfDevice => playback.evaluate_unfinished(poses, progress, each),
+            Self::Finished => {
+                let handles = poses.as_flattened();
+                playback.evaluate(handles, OutputStage::Full, true, progress, |positions, normals| {
+                    each(positions.as_chunks().0, normals.as_chunks().0);
+                    Ok(())
+                })
+            }
+        }
+    }
+}
+
 /// How far poses of two rigs are from each other.
 struct Difference {
     /// The largest distance of a vertex.
     worst: f64,
+    /// V: the largest distance of each vertex.
+    by_vertex: Vec<f64>,
     rms: f64,
     /// The root of the mean squared angle between normals, in degrees.
     normals: f64,
@@ -143,35 +190,45 @@ fn difference(
     whole: &mut Playback<'_>,
     packed: &mut Playback<'_>,
     poses: &[[f32; 3]],
+    frames: Frames,
     progress: &dyn Progress,
 ) -> Result<Difference> {
     let handles = whole.rig().handles().len();
-    let (mut worst, mut squares, mut turned, mut count) = (0.0_f64, 0.0, 0.0, 0_usize);
-    let each = |a: &[[f32; 3]], b: &[[f32; 3]], see: &mut dyn FnMut(f64)| {
-        for (a, b) in a.iter().zip(b) {
-            let off = vec3::sub(a.map(f64::from), b.map(f64::from));
-            see(vec3::dot(off, off));
-        }
+    let mut by_vertex = vec![0.0_f64; whole.rig().vertices()];
+    let (mut squares, mut turned, mut count) = (0.0, 0.0, 0_usize);
+    let apart = |a: &[f32; 3], b: &[f32; 3]| {
+        let off = vec3::sub(a.map(f64::from), b.map(f64::from));
+        vec3::dot(off, off)
     };
-    for poses in poses.chunks(BATCH * handles) {
-        let mut frames = Vec::new();
-        whole.evaluate_unfinished(poses, progress, |positions, normals| {
-            frames.push((positions.to_vec(), normals.to_vec()));
+    for (i, some) in poses.chunks(BATCH * handles).enumerate() {
+        if let Frames::Finished = frames {
+            progress.step("compare finished frames", (i * BATCH) as u64, (poses.len() / handles) as u64)?;
+        }
+        let mut of_whole = Vec::new();
+        frames.play(whole, some, progress, |positions, normals| {
+            of_whole.push((positions.to_vec(), normals.to_vec()));
         })?;
-        let mut frames = frames.into_iter();
-        packed.evaluate_unfinished(poses, progress, |positions, normals| {
-            let (before, normals_before) = frames.next().unwrap_or_default();
-            each(positions, &before, &mut |square| {
-                worst = worst.max(square);
+        let mut of_whole = of_whole.into_iter();
+        frames.play(packed, some, progress, |positions, normals| {
+            let (before, normals_before) = of_whole.next().unwrap_or_default();
+            for ((worst, a), b) in by_vertex.iter_mut().zip(positions).zip(&before) {
+                let square = apart(a, b);
+                *worst = worst.max(square);
                 squares += square;
-            });
+            }
             // The chord of a small angle is about as long as the angle.
-            each(normals, &normals_before, &mut |square| turned += square);
+            turned += normals.iter().zip(&normals_before).map(|(a, b)| apart(a, b)).sum::<f64>();
             count += positions.len();
         })?;
     }
+    by_vertex.iter_mut().for_each(|square| *square = square.sqrt());
     let mean = |sum: f64| (sum / count.max(1) as f64).sqrt();
-    Ok(Difference { worst: worst.sqrt(), rms: mean(squares), normals: mean(turned).to_degrees() })
+    Ok(Difference {
+        worst: by_vertex.iter().copied().fold(0.0, f64::max),
+        by_vertex,
+        rms: mean(squares),
+        normals: mean(turned).to_degrees(),
+    })
 }
 
 #[cfg(test)]
@@ -191,7 +248,7 @@ mod tests {
             let extent =
                 10.0 * f64::from(rig.surface().rest.iter().flatten().fold(0.0_f32, |m, x| m.max(x.abs())));
             for max_error in [1e-3 * extent, 1e-5 * extent] {
-                let packed = pack(&rig, max_error, &devices, &NoProgress).unwrap();
+                let packed = pack(&rig, &[], max_error, &devices, &NoProgress).unwrap();
                 let found = rig_file::decode(&packed.bytes, "small").unwrap();
                 let mut worst = 0.0_f64;
                 for pose in poses(&rig).chunks(rig.handles().len()) {
@@ -210,7 +267,7 @@ mod tests {
                 assert!((worst - packed.packing.worst).abs() < 1e-2 * max_error + 1e-6 * extent);
             }
             let [coarse, fine] =
-                [1e-3, 1e-5].map(|part| pack(&rig, part * extent, &devices, &NoProgress).unwrap());
+                [1e-3, 1e-5].map(|part| pack(&rig, &[], part * extent, &devices, &NoProgress).unwrap());
             let whole = rig_file::encode(&rig).unwrap().len();
             assert!(coarse.bytes.len() < fine.bytes.len() && 2 * fine.bytes.len() < whole);
             assert_eq!(coarse.packing.rig, rig_file::hash_of(&rig).unwrap());
@@ -223,7 +280,7 @@ mod tests {
         face.examples.clear();
         let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let devices = choose_devices("cpu:0", Guard::NONE, &NoProgress).unwrap().devices;
-        let packed = pack(&rig, 0.01, &devices, &NoProgress).unwrap();
+        let packed = pack(&rig, &[], 0.01, &devices, &NoProgress).unwrap();
         assert_eq!(packed.packing.poses, 3);
         assert!(rig_file::decode(&packed.bytes, "small").unwrap().vertices() == rig.vertices());
     }

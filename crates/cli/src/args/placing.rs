@@ -148,7 +148,7 @@ pub(crate) struct New {
 }
 
 /// The space of a take's CSV that is not in the rig's space; each option is exact.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub(crate) struct TakeSpace {
     /// The unit of a take's CSV [default: the mesh's].
     #[arg(long, value_enum, value_name = "UNIT", help_heading = SPACE)]
@@ -166,7 +166,7 @@ pub(crate) struct TakeSpace {
 }
 
 /// How to read a take that a rig plays.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, Default, PartialEq, clap::Args)]
 pub(crate) struct TakeReading {
     /// What to do where a marker is missing.
     #[arg(long, value_enum, default_value_t = MissingChoice::Error, help_heading = INPUT)]

@@ -1,6 +1,7 @@
 //! The flags of commands that make a rig, or look at what it is made of.
 
-use super::values::{Elsewhere, Json};
+use super::pack::PACKED_WITHIN;
+use super::values::{Elsewhere, Json, parse_millimetres};
 use std::path::PathBuf;
 
 /// `rhytid solve`
@@ -16,6 +17,14 @@ pub(crate) struct Solve {
     /// The rig file to write [default: beside the project file, under its name with .safetensors].
     #[arg(short, long, value_name = "FACE.safetensors")]
     pub output: Option<PathBuf>,
+
+    /// Also write a packed rig, to send it, as `pack` does.
+    #[arg(long, value_name = "SMALL.safetensors")]
+    pub pack: Option<PathBuf>,
+
+    /// How far a vertex of the packed rig may be off, in millimetres.
+    #[arg(long, value_name = "MM", requires = "pack", default_value_t = PACKED_WITHIN, value_parser = parse_millimetres)]
+    pub max_error: f64,
 
     #[command(flatten)]
     pub json: Json,

@@ -131,7 +131,7 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     drop((face, take));
 
     let rig = dir.join("face.safetensors");
-    steps.add_solved(&solve::solve(&dir.join("face.toml"), &rig, Reach::Below, ui)?);
+    steps.add_solved(&solve::solve(&dir.join("face.toml"), &rig, None, Reach::Below, ui)?);
     for (animation, range) in ANIMATIONS.iter().zip(ranges) {
         animate(dir, &rig, animation, range, frames, ui, steps)?;
     }

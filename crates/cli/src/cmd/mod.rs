@@ -17,6 +17,7 @@ mod info;
 mod listen;
 mod man;
 mod new;
+mod pack;
 mod placing;
 mod prepare;
 mod recording_file;
@@ -52,6 +53,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::View(args) => view::run(args)?,
         Command::Send(args) => send::run(args, ui)?,
         Command::Transfer(args) => transfer::run(args, ui)?,
+        Command::Pack(args) => pack::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),

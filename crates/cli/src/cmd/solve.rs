@@ -1,6 +1,6 @@
 //! `rhytid solve`
 
-use super::doctor;
+use super::{doctor, pack};
 use crate::args;
 use crate::inputs;
 use crate::memory;
@@ -63,8 +63,11 @@ pub(super) struct Solved {
 /// As [`solve`].
 pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
     let written = args.output.clone().unwrap_or_else(|| args.project.with_extension("safetensors"));
-    let solved = solve(&args.project, &written, args.elsewhere.reach(), ui)?;
-    output::done(args.json, ui, &Summary::new(&solved, &written, ui), || {
+    let small = args.pack.as_deref();
+    let solved = solve(&args.project, &written, small, args.elsewhere.reach(), ui)?;
+    let packed = small.map(|small| pack::write(&solved.rig, &[], args.max_error, small, ui)).transpose()?;
+    let summary = Summary { packed, ..Summary::new(&solved, &written, ui) };
+    output::done(args.json, ui, &summary, || {
         let next = output::next(&[
             format!("rhytid view {}", output::word(&written)),
             format!(
@@ -74,7 +77,9 @@ pub(super) fn run(args: &args::Solve, ui: &Ui) -> Result<()> {
             ),
             format!("rhytid evaluate {}{}", output::word(&args.project), args.elsewhere.again()),
         ]);
-        text(&solved, &written, ui) + &next
+        let packed =
+            summary.packed.as_ref().map_or_else(String::new, |packed| format!("\n{}", packed.text()));
+        text(&solved, &written, ui) + &packed + &next
     })
 }
 
@@ -114,6 +119,8 @@ struct Summary<'a> {
     seconds: f64,
     steps: Vec<StepSummary>,
     peak_memory_bytes: Option<u64>,
+    /// The packed rig; null without `--pack`.
+    packed: Option<pack::Summary<'a>>,
 }
 
 #[derive(Serialize)]
@@ -205,6 +212,7 @@ impl<'a> Summary<'a> {
             seconds: solved.solving.as_secs_f64(),
             steps: finished.iter().map(step).collect(),
             peak_memory_bytes: memory::peak(),
+            packed: None,
         }
     }
 }
@@ -309,16 +317,25 @@ fn short(millimetres: f64) -> String {
     }
 }
 
-/// From a project file to a rig file.
+/// From a project file to a rig file. The packed rig is written later; its name is checked.
 ///
 /// # Errors
 /// [`Error::Input`] and [`Error::Io`] from reading, from the doctor and from writing; [`Error::Cancelled`].
-pub(super) fn solve(path: &Path, output: &Path, reach: Reach, ui: &Ui) -> Result<Solved> {
+pub(super) fn solve(
+    path: &Path,
+    output: &Path,
+    packed: Option<&Path>,
+    reach: Reach,
+    ui: &Ui,
+) -> Result<Solved> {
     inputs::project(path, "rhytid solve FACE.toml")?;
-    check_output(output)?;
+    let outputs: Vec<&Path> = [output].into_iter().chain(packed).collect();
+    for output in &outputs {
+        check_output(output)?;
+    }
     let project = project::read_project(path)?;
     let files = project::files(&project, path);
-    refuse_inputs(&[output], files.iter().map(PathBuf::as_path))?;
+    refuse_inputs(&outputs, files.iter().map(PathBuf::as_path))?;
     let (face, reading) = ui.timed("read", || inputs::face(path, reach, ui));
     let face = face?;
     let of_a_take = project.examples.iter().filter(|example| example.take.is_some());

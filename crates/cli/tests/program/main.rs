@@ -28,6 +28,7 @@ mod oracles;
 mod output;
 mod outputs;
 #[cfg(feature = "wgpu")]
+mod packing;
 mod pages;
 mod placing;
 mod points;

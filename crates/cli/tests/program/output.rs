@@ -13,7 +13,7 @@ fn solved() -> Fixture {
 }
 
 /// Every command that writes one file: its start up to the file's name without ending, and the endings.
-const WRITERS: [(&str, &[&str]); 4] = [
+const WRITERS: [(&str, &[&str]); 5] = [
     ("solve face.toml -o", &["safetensors"]),
     ("animate face.safetensors take.csv --device cpu:0 -o", &["usd", "usda", "usdz", "glb", "gltf"]),
     (
@@ -21,6 +21,7 @@ const WRITERS: [(&str, &[&str]); 4] = [
         &["glb", "gltf"],
     ),
     ("export-shapes face.safetensors --device cpu:0 -o", &["usd", "usda", "usdz", "glb", "gltf"]),
+    ("pack face.safetensors -o", &["safetensors"]),
 ];
 
 fn writers() -> impl Iterator<Item = (&'static str, &'static str)> {

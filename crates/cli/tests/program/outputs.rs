@@ -21,13 +21,14 @@ fn prepared() -> Fixture {
 }
 
 /// Every command that writes a file: its start up to `-o`, one of its inputs, and the ending of its output.
-const WRITERS: [(&str, &str, &str); 7] = [
+const WRITERS: [(&str, &str, &str); 8] = [
     ("solve face.toml -o", "neutral.obj", "safetensors"),
     ("solve face.toml -o", "poses/pinch.obj", "safetensors"),
     ("animate face.safetensors take.csv --device cpu:0 -o", "take.csv", "usd"),
     ("animate face.safetensors take.csv --device cpu:0 -o", "face.safetensors", "gltf"),
     ("export-shapes face.safetensors --device cpu:0 -o", "face.safetensors", "glb"),
     ("prepare take.csv --rig face.safetensors -o", "take.csv", "csv"),
+    ("pack face.safetensors -o", "face.safetensors", "safetensors"),
     ("stitch part-a.usd part-b.usd -o", "part-a.usd", "usd"),
 ];
 

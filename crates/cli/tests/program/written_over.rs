@@ -37,8 +37,14 @@ const RIG: [&str; 2] = ["face.safetensors", "take.csv"];
 const EDITED: [&str; 5] = ["face.safetensors", "take.csv", "edit.toml", "other.csv", "sculpt.obj"];
 const TEXTURED: [&str; 4] = ["face.safetensors", "take.csv", "skin.mtl", "map.png"];
 
-const WRITERS: [Writer; 15] = [
+const WRITERS: [Writer; 17] = [
     Writer { command: "solve face.toml -o OUT", ending: "safetensors", inputs: &PROJECT },
+    Writer {
+        command: "solve face.toml -o out/a.safetensors --pack OUT",
+        ending: "safetensors",
+        inputs: &PROJECT,
+    },
+    Writer { command: "pack face.safetensors take.csv -o OUT", ending: "safetensors", inputs: &RIG },
     // The table is the one file of the project that the command makes.
     Writer {
         command: "handles face.toml take.csv -o OUT",

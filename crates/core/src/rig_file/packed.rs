@@ -2,21 +2,25 @@
 //!
 //! Numbers of an array with a [`Step`] are rounded to its multiples; all others are kept as they are. Each
 //! number is predicted from the vertices before it that are joined to its vertex. What the prediction leaves
-//! is small, and is compressed with deflate.
+//! is small, and is compressed with LZMA.
 
-use super::{METADATA_KEY, Metadata, Tensor, not_whole, tensors};
+use super::{ArrayView, Metadata, Tensor, not_whole, safetensors_file, tensors};
 use crate::{Error, InputErrorKind, Result, Rig, SurfacePoint, VertexId, input_file};
-use flate2::Compression;
-use flate2::read::ZlibDecoder;
-use flate2::write::ZlibEncoder;
+use lzma_rust2::{LzmaOptions, LzmaReader, LzmaWriter};
 use rayon::prelude::*;
-use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
+use safetensors::tensor::{Dtype, SafeTensors};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeSet, HashMap};
 use std::io::{Read, Write};
 
 /// The version of a packed rig.
 pub(super) const VERSION: u32 = 12;
+
+/// How far back LZMA looks, in bytes. Writing takes about twelve times as many for each thread.
+const DICTIONARY: u32 = 8 << 20;
+
+/// The most memory that the reading of a stream may take beside its bytes, in KiB.
+const READER_MEMORY: u32 = 2 * (DICTIONARY >> 10);
 
 /// The arrays whose numbers may be rounded. Each has a row for each vertex.
 const ROUNDED: [&str; 8] = [
@@ -59,7 +63,13 @@ pub struct Packing {
     pub worst: f64,
     /// The root of the mean squared distance of all vertices in these poses, in mesh units.
     pub rms: f64,
-    /// How many poses were compared: the examples and others.
+    /// The root of the mean squared angle between the normals of both rigs, in degrees.
+    pub normals: f64,
+    /// As `worst`, after triangles are turned back and parts are kept from entering each other.
+    pub finished: f64,
+    /// How many vertices are farther off than `worst` then, in any of these poses.
+    pub finished_beyond: usize,
+    /// How many poses were compared: the examples, poses between them and the neutral, and frames of a take.
     pub poses: usize,
     /// [`super::hash_of`] the whole rig.
     pub rig: String,
@@ -121,22 +131,19 @@ pub fn encode(rig: &Rig, steps: &[Step], packing: &Packing) -> Result<Vec<u8>> {
     let streams: Result<Vec<Vec<u8>>> = tensors
         .par_iter()
         .zip(&arrays)
-        .map(|(tensor, array)| deflate(&array.differences(&tensor.bytes, &mesh, &kept)))
+        .map(|(tensor, array)| compressed(&array.differences(&tensor.bytes, &mesh, &kept)))
         .collect();
     let streams = streams?;
     let metadata =
         PackedMetadata { version: VERSION, rig: Metadata::of_rig(rig), packing: packing.clone(), arrays };
     let json = serde_json::to_string(&metadata).map_err(|e| Error::Internal(e.to_string()))?;
-    let views = tensors
-        .iter()
-        .zip(&streams)
-        .map(|(tensor, bytes)| Ok((tensor.name, TensorView::new(Dtype::U8, vec![bytes.len()], bytes)?)))
-        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
-    views
-        .and_then(|views| {
-            safetensors::serialize(views, Some(HashMap::from([(METADATA_KEY.to_owned(), json)])))
-        })
-        .map_err(|e| Error::Internal(format!("the rig file cannot be written: {e}")))
+    let views = tensors.iter().zip(&streams).map(|(tensor, bytes)| ArrayView {
+        name: tensor.name,
+        dtype: Dtype::U8,
+        shape: vec![bytes.len()],
+        bytes,
+    });
+    safetensors_file(views, Some(json)).map_err(|e| Error::Internal(e.to_string()))
 }
 
 /// An array whose numbers may be rounded.
@@ -178,11 +185,7 @@ pub fn rounded(rig: &Rig, steps: &[Step]) -> Result<Rig> {
                 .for_each(|word| *word = step.number(step.code(u32::from_le_bytes(*word))).to_le_bytes());
         }
     }
-    let views = tensors
-        .iter()
-        .map(|tensor| Ok((tensor.name, TensorView::new(tensor.dtype, tensor.shape.clone(), &tensor.bytes)?)))
-        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
-    let bytes = views.and_then(|views| safetensors::serialize(views, None));
+    let bytes = safetensors_file(tensors.iter().map(Tensor::view), None);
     let bytes = bytes.map_err(|e| Error::Internal(e.to_string()))?;
     super::of_arrays(Metadata::of_rig(rig), &bytes, &rig.surface().name)
 }
@@ -238,7 +241,7 @@ pub(super) fn unpack(bytes: &[u8], name: &str) -> Result<Unpacked> {
     let open = |array: &PackedArray| {
         let fail = |what: &str| damaged(name, &format!("array `{}` {what}", array.name));
         let view = file.tensor(&array.name).map_err(|_| fail("is not there"))?;
-        inflate(view.data(), array.largest()).ok_or_else(|| fail("is cut short or cannot be unpacked"))
+        uncompressed(view.data(), array.largest()).ok_or_else(|| fail("is cut short or cannot be unpacked"))
     };
     let streams: Result<Vec<Vec<u8>>> = arrays.par_iter().map(open).collect();
     let streams = streams?;
@@ -277,13 +280,13 @@ pub(super) fn unpack(bytes: &[u8], name: &str) -> Result<Unpacked> {
         })
         .collect();
     let restored = restored?;
-    let views = arrays
-        .iter()
-        .zip(&restored)
-        .map(|(array, bytes)| Ok((&*array.name, TensorView::new(array.dtype, array.shape.clone(), bytes)?)))
-        .collect::<std::result::Result<Vec<_>, SafeTensorError>>();
-    let arrays =
-        views.and_then(|views| safetensors::serialize(views, None)).map_err(|e| not_whole(name, &e))?;
+    let views = arrays.iter().zip(&restored).map(|(array, bytes)| ArrayView {
+        name: &array.name,
+        dtype: array.dtype,
+        shape: array.shape.clone(),
+        bytes,
+    });
+    let arrays = safetensors_file(views, None).map_err(|e| not_whole(name, &e))?;
     Ok(Unpacked { metadata: rig, arrays })
 }
 
@@ -291,18 +294,24 @@ fn damaged(name: &str, what: &str) -> Error {
     Error::rig_damaged(format!("{name}: {what}; pack the rig again")).of_kind(InputErrorKind::CutShort)
 }
 
-fn deflate(bytes: &[u8]) -> Result<Vec<u8>> {
-    let mut encoder = ZlibEncoder::new(Vec::new(), Compression::best());
-    let failed = |e: std::io::Error| Error::Internal(e.to_string());
-    encoder.write_all(bytes).map_err(failed)?;
-    encoder.finish().map_err(failed)
+/// The bytes as an `.lzma` file.
+fn compressed(bytes: &[u8]) -> Result<Vec<u8>> {
+    // The bytes have no alignment, and the last byte says much about the next one.
+    let options = LzmaOptions { dict_size: DICTIONARY, lc: 4, pb: 0, ..LzmaOptions::with_preset(9) };
+    let write = || {
+        let mut writer = LzmaWriter::new_use_header(Vec::new(), &options, Some(bytes.len() as u64))?;
+        writer.write_all(bytes)?;
+        writer.finish()
+    };
+    write().map_err(|e: std::io::Error| Error::Internal(e.to_string()))
 }
 
-/// `None` if the stream is broken or longer than `most`.
-fn inflate(bytes: &[u8], most: u64) -> Option<Vec<u8>> {
-    let mut unpacked = Vec::new();
-    ZlibDecoder::new(bytes).take(most + 1).read_to_end(&mut unpacked).ok()?;
-    (unpacked.len() as u64 <= most).then_some(unpacked)
+/// What an `.lzma` file holds; `None` if it is broken or holds more than `most` bytes.
+fn uncompressed(file: &[u8], most: u64) -> Option<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let reader = LzmaReader::new_mem_limit(file, READER_MEMORY, None).ok()?;
+    reader.take(most + 1).read_to_end(&mut bytes).ok()?;
+    (bytes.len() as u64 <= most).then_some(bytes)
 }
 
 impl PackedArray {

@@ -137,7 +137,9 @@ fn read(path: &Path, reach: Reach) -> Result<Content> {
             give_looks(&mut neutral, path, reach)?;
             Content::Mesh(Shape::from_mesh(&neutral))
         }
-        "safetensors" => Content::Rig(RigInfo::from_rig(rig_file::read(path)?)),
+        "safetensors" => {
+            Content::Rig(RigInfo::from_rig(rig_file::read(path)?, rig_file::read_packing(path)?))
+        }
         "json" => Content::Report(ReportInfo::read(path)?),
         "csv" if has_columns(path, &["handle", "marker"])? => {
             let pairs = tables::read_markers(path)?.into_iter();

@@ -6,6 +6,7 @@ use rhytid::core::Mesh;
 use rhytid::core::RigParts;
 use rhytid::core::UpAxis;
 use rhytid::core::human;
+use rhytid::core::rig_file::Packing;
 use rhytid::{BasisStorage, Rig};
 use serde::Serialize;
 
@@ -33,10 +34,39 @@ pub(super) struct RigInfo {
     f16_error: f64,
     device_bytes: usize,
     device_bytes_per_frame: usize,
+    /// Null for a rig that is not packed.
+    packed: Option<PackedInfo>,
+}
+
+/// What a packed rig states of itself.
+#[derive(Serialize)]
+struct PackedInfo {
+    poses: usize,
+    worst_mm: f64,
+    rms_mm: f64,
+    normals_rms_degrees: f64,
+    finished_worst_mm: f64,
+    finished_beyond: usize,
+    whole_rig: String,
+}
+
+impl PackedInfo {
+    fn new(packing: Packing, metres_per_unit: f64) -> Self {
+        let millimetres = 1e3 * metres_per_unit;
+        Self {
+            poses: packing.poses,
+            worst_mm: packing.worst * millimetres,
+            rms_mm: packing.rms * millimetres,
+            normals_rms_degrees: packing.normals,
+            finished_worst_mm: packing.finished * millimetres,
+            finished_beyond: packing.finished_beyond,
+            whole_rig: packing.rig,
+        }
+    }
 }
 
 impl RigInfo {
-    pub(super) fn from_rig(rig: Rig) -> Self {
+    pub(super) fn from_rig(rig: Rig, packing: Option<Packing>) -> Self {
         let (device_bytes, device_bytes_per_frame) =
             (rhytid::playback::rig_bytes(&rig), rhytid::playback::frame_bytes(&rig));
         let f16_error = BasisStorage::F16.largest_error(&rig);
@@ -79,6 +109,7 @@ impl RigInfo {
             f16_error,
             device_bytes,
             device_bytes_per_frame,
+            packed: packing.map(|packing| PackedInfo::new(packing, surface.metres_per_unit)),
         }
     }
 
@@ -121,6 +152,12 @@ impl RigInfo {
                 ),
             ),
         ]);
+        if let Some(packed) = &self.packed {
+            let rounded = |x: f64| human::number((x * 1e4).round() / 1e4);
+            let poses = human::counted(packed.poses, "pose");
+            let [worst, rms] = [packed.worst_mm, packed.rms_mm].map(rounded);
+            rows.push(row("packed", format!("off by {worst} mm at most and {rms} mm RMS in {poses}")));
+        }
         rows
     }
 }
