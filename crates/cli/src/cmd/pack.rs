@@ -3,7 +3,8 @@
 use super::solve::check_output;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
-use rhytid::core::{human, rig_file};
+use rhytid::core::human;
+use rhytid::core::rig_file::{self, Packing};
 use rhytid::formats::{FileKind, refuse_inputs};
 use rhytid::playback::{self, Packed};
 use rhytid::{Error, Result, Rig};
@@ -60,12 +61,57 @@ pub(super) struct Summary<'a> {
     bytes: usize,
     bytes_before: usize,
     bytes_per_vertex: f64,
+    #[serde(flatten)]
+    nearness: Nearness,
+}
+
+/// How near a packed rig is to the whole one.
+#[derive(Serialize)]
+pub(super) struct Nearness {
     poses: usize,
     worst_mm: f64,
     rms_mm: f64,
     normals_rms_degrees: f64,
     finished_worst_mm: f64,
     finished_beyond: usize,
+}
+
+impl Nearness {
+    /// As a packed rig states it.
+    pub(super) fn new(packing: &Packing, metres_per_unit: f64) -> Self {
+        let millimetres = 1e3 * metres_per_unit;
+        Self {
+            poses: packing.poses,
+            worst_mm: packing.worst * millimetres,
+            rms_mm: packing.rms * millimetres,
+            normals_rms_degrees: packing.normals,
+            finished_worst_mm: packing.finished * millimetres,
+            finished_beyond: packing.finished_beyond,
+        }
+    }
+
+    /// One line, or two.
+    pub(super) fn text(&self) -> String {
+        let rounded = |x: f64| human::number((x * 1e4).round() / 1e4);
+        let mut text = format!(
+            "in {} no vertex is off by more than {} mm; RMS {} mm, normals {}°",
+            human::counted(self.poses, "pose"),
+            rounded(self.worst_mm),
+            rounded(self.rms_mm),
+            human::number((self.normals_rms_degrees * 100.0).round() / 100.0),
+        );
+        if self.finished_beyond > 0 {
+            text += &format!(
+                "\nwhere triangles are turned back or parts touch, {} off by up to {} mm",
+                match self.finished_beyond {
+                    1 => "1 vertex is".to_owned(),
+                    n => format!("{} vertices are", human::count(n)),
+                },
+                rounded(self.finished_worst_mm)
+            );
+        }
+        text
+    }
 }
 
 /// Packs a rig into a file. `take` has frames × H positions of handles.
@@ -90,40 +136,20 @@ pub(super) fn write<'a>(
         bytes: bytes.len(),
         bytes_before: rig_file::encode(rig)?.len(),
         bytes_per_vertex: bytes.len() as f64 / rig.vertices() as f64,
-        poses: packing.poses,
-        worst_mm: packing.worst * millimetres,
-        rms_mm: packing.rms * millimetres,
-        normals_rms_degrees: packing.normals,
-        finished_worst_mm: packing.finished * millimetres,
-        finished_beyond: packing.finished_beyond,
+        nearness: Nearness::new(&packing, rig.surface().metres_per_unit),
     })
 }
 
 impl Summary<'_> {
     /// What was written, in two or three lines.
     pub(super) fn text(&self) -> String {
-        let rounded = |x: f64| human::number((x * 1e4).round() / 1e4);
-        let mut text = format!(
-            "{}: {} instead of {}, {:.0} bytes a vertex\nin {} no vertex is off by more than {} mm; RMS {} mm, normals {}°",
+        format!(
+            "{}: {} instead of {}, {:.0} bytes a vertex\n{}",
             self.file.display(),
             human::bytes(self.bytes as u64),
             human::bytes(self.bytes_before as u64),
             self.bytes_per_vertex,
-            human::counted(self.poses, "pose"),
-            rounded(self.worst_mm),
-            rounded(self.rms_mm),
-            human::number((self.normals_rms_degrees * 100.0).round() / 100.0),
-        );
-        if self.finished_beyond > 0 {
-            text += &format!(
-                "\nwhere triangles are turned back or parts touch, {} off by up to {} mm",
-                match self.finished_beyond {
-                    1 => "1 vertex is".to_owned(),
-                    n => format!("{} vertices are", human::count(n)),
-                },
-                rounded(self.finished_worst_mm)
-            );
-        }
-        text
+            self.nearness.text()
+        )
     }
 }

@@ -4,6 +4,7 @@ use super::*;
 use base64::Engine;
 use rhytid_backend_cpu::Cpu;
 use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::rig_file::{Packing, Step};
 use rhytid_core::{Animator, Backend, NoProgress, Stage, UploadOptions};
 use rhytid_render::{FrameBuffers, Look, Offscreen, Renderer};
 use rhytid_view::Orbit;
@@ -265,7 +266,9 @@ fn files_of_ones_own_are_opened_and_broken_ones_said() {
     let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
     let own = folder.path().join("own.safetensors");
     let cut = folder.path().join("cut.safetensors");
+    let small = folder.path().join("small.safetensors");
     rig_file::write(&own, &rig).unwrap();
+    std::fs::write(&small, packed(&rig)).unwrap();
     std::fs::write(&cut, &std::fs::read(&own).unwrap()[..9_000]).unwrap();
     let choose = |path: &Path| json!({ "method": "DOM.setFileInputFiles", "params": { "files": [path] }, "node": "#files" });
     let steps = [
@@ -273,6 +276,10 @@ fn files_of_ones_own_are_opened_and_broken_ones_said() {
         until(&format!("{STATUS}.vertices === {}", rig.vertices())),
         shown(),
         evaluate("opened", STATUS),
+        choose(&small),
+        until(&format!("{STATUS}.open === 'small.safetensors'")),
+        shown(),
+        evaluate("positions", POSITIONS),
         choose(&cut),
         until(&format!("{STATUS}.error")),
         evaluate("refused", STATUS),
@@ -283,4 +290,27 @@ fn files_of_ones_own_are_opened_and_broken_ones_said() {
     let refused = &found["refused"];
     assert!(refused["note"].as_str().unwrap().contains("cut.safetensors"), "{refused}");
     assert_eq!(refused["vertices"], rig.vertices(), "what was open stays");
+    // At rest the page has the packed rig's vertices, and not the whole rig's.
+    let positions = floats(&found["positions"]);
+    let [off, off_whole] = [&rig_file::read(&small).unwrap(), &rig].map(|rig| {
+        let pairs = positions.as_chunks::<3>().0.iter().zip(&rig.surface().rest);
+        pairs.map(|(a, b)| distance(*a, *b)).fold(0.0, f32::max)
+    });
+    assert!(off < 0.01 * off_whole, "{off} {off_whole}");
+}
+
+/// A packed rig whose numbers are coarse.
+fn packed(rig: &Rig) -> Vec<u8> {
+    let step = |found: rig_file::Roundable| Step { array: found.array, size: found.largest / 2048.0 };
+    let steps: Vec<Step> = rig_file::roundable(rig).into_iter().map(step).collect();
+    let packing = Packing {
+        worst: 0.0,
+        rms: 0.0,
+        normals: 0.0,
+        finished: 0.0,
+        finished_beyond: 0,
+        poses: 0,
+        rig: String::new(),
+    };
+    rig_file::pack(rig, &steps, &packing).unwrap()
 }

@@ -1,5 +1,6 @@
 //! `rhytid info` of a rig file.
 
+use super::super::pack::Nearness;
 use super::shape::{Shape, list, row, up};
 use rhytid::core::Influences;
 use rhytid::core::Mesh;
@@ -41,28 +42,9 @@ pub(super) struct RigInfo {
 /// What a packed rig states of itself.
 #[derive(Serialize)]
 struct PackedInfo {
-    poses: usize,
-    worst_mm: f64,
-    rms_mm: f64,
-    normals_rms_degrees: f64,
-    finished_worst_mm: f64,
-    finished_beyond: usize,
+    #[serde(flatten)]
+    nearness: Nearness,
     whole_rig: String,
-}
-
-impl PackedInfo {
-    fn new(packing: Packing, metres_per_unit: f64) -> Self {
-        let millimetres = 1e3 * metres_per_unit;
-        Self {
-            poses: packing.poses,
-            worst_mm: packing.worst * millimetres,
-            rms_mm: packing.rms * millimetres,
-            normals_rms_degrees: packing.normals,
-            finished_worst_mm: packing.finished * millimetres,
-            finished_beyond: packing.finished_beyond,
-            whole_rig: packing.rig,
-        }
-    }
 }
 
 impl RigInfo {
@@ -109,7 +91,10 @@ impl RigInfo {
             f16_error,
             device_bytes,
             device_bytes_per_frame,
-            packed: packing.map(|packing| PackedInfo::new(packing, surface.metres_per_unit)),
+            packed: packing.map(|packing| PackedInfo {
+                nearness: Nearness::new(&packing, surface.metres_per_unit),
+                whole_rig: packing.rig,
+            }),
         }
     }
 
@@ -153,10 +138,7 @@ impl RigInfo {
             ),
         ]);
         if let Some(packed) = &self.packed {
-            let rounded = |x: f64| human::number((x * 1e4).round() / 1e4);
-            let poses = human::counted(packed.poses, "pose");
-            let [worst, rms] = [packed.worst_mm, packed.rms_mm].map(rounded);
-            rows.push(row("packed", format!("off by {worst} mm at most and {rms} mm RMS in {poses}")));
+            rows.push(row("packed", packed.nearness.text().replace('\n', "; ")));
         }
         rows
     }
