@@ -2,7 +2,7 @@
 
 use crate::Playback;
 use rhytid_core::rig_file::{self, Packing, Step};
-use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig, human};
+use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig};
 use rhytid_formats::export::OutputStage;
 use rhytid_kernels::vec3;
 
@@ -89,10 +89,9 @@ pub fn pack(
     }
     progress.step(NAME, total, total)?;
     let Some((steps, found)) = best else {
-        return Err(Error::out_of_range(format!(
-            "no rounding that saves bytes keeps all vertices within {} mm; allow a larger error",
-            human::number(max_error * rig.surface().metres_per_unit * 1000.0)
-        )));
+        return Err(Error::out_of_range(
+            "no rounding that saves bytes keeps all vertices within the error that is allowed; allow a larger one",
+        ));
     };
     let finished = off(&steps, &all, Frames::Finished)?;
     let packing = Packing {

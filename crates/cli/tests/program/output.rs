@@ -117,7 +117,7 @@ fn a_full_disk() {
     let f = Fixture::with_side(61);
     f.done("solve face.toml -o face.safetensors");
     let out = f.path("out");
-    let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=100k", "tmpfs"]).arg(&out).output();
+    let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=20k", "tmpfs"]).arg(&out).output();
     if !mount.is_ok_and(|output| output.status.success()) {
         rhytid_test_support::skip("this user may not mount a small disk");
         return;

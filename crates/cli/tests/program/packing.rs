@@ -87,7 +87,7 @@ fn what_cannot_be_packed_is_refused() {
     f.refused("pack face.safetensors face.toml -o out/b.safetensors", &["face.toml", "is a project"]);
     f.refused(
         "pack face.safetensors -o out/b.safetensors --max-error 0.000001",
-        &["0.000001 mm", "allow a larger error"],
+        &["no rounding", "allow a larger one"],
     );
     f.refused(
         "solve face.toml -o out/b.safetensors --pack out/../out/b.safetensors",
