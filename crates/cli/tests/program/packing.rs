@@ -93,5 +93,5 @@ fn what_cannot_be_packed_is_refused() {
         "solve face.toml -o out/b.safetensors --pack out/../out/b.safetensors",
         &["out/b.safetensors", "two outputs"],
     );
-    f.refused("solve face.toml -o out/b.safetensors --max-error 1", &["--pack"]);
+    f.refused("solve face.toml -o out/b.safetensors --max-error 1", &["required arguments"]);
 }
