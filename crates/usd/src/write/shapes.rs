@@ -154,3 +154,20 @@ fn skeleton_prim(names: &[String], path: &str, animations: Vec<Prim>) -> Prim {
     }
     skeleton
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_is_around_all_boxes_along_every_axis() {
+        let [low, high] = [[0.0, 1.0, 2.0], [3.0, 4.0, 5.0]];
+        for axis in 0..3 {
+            let [mut below, mut above] = [[low, high]; 2];
+            below[0][axis] = -1.0;
+            above[1][axis] = 9.0;
+            let found = around([[low, high], below, above].into_iter());
+            assert_eq!(found, [below[0], above[1]], "axis {axis}");
+        }
+    }
+}
