@@ -504,3 +504,21 @@ impl Joined {
         all
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stream_takes_no_more_memory_than_its_array() {
+        let bytes: Vec<u8> = (0..10_000_u32).map(|i| (i * i >> 7) as u8).collect();
+        let file = compressed(&bytes).unwrap();
+        assert_eq!(uncompressed(&file, 10_000), Some(bytes));
+        assert_eq!(uncompressed(&file, 9_999), None);
+        assert_eq!(uncompressed(&file[..file.len() / 2], 10_000), None);
+        // The size of the dictionary stands behind the first byte.
+        let mut large = file.clone();
+        large[1..5].copy_from_slice(&(1_u32 << 30).to_le_bytes());
+        assert_eq!(uncompressed(&large, 10_000), None);
+    }
+}
