@@ -511,7 +511,7 @@ mod tests {
 
     #[test]
     fn a_stream_takes_no_more_memory_than_its_array() {
-        let bytes: Vec<u8> = (0..10_000_u32).map(|i| (i * i >> 7) as u8).collect();
+        let bytes: Vec<u8> = (0..10_000_u32).map(|i| ((i * i) >> 7) as u8).collect();
         let file = compressed(&bytes).unwrap();
         assert_eq!(uncompressed(&file, 10_000), Some(bytes));
         assert_eq!(uncompressed(&file, 9_999), None);
