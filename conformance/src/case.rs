@@ -69,6 +69,11 @@ impl Case {
         self
     }
 
+    fn with_clusters(mut self) -> Self {
+        self.options.basis = BasisStorage::Clustered;
+        self
+    }
+
     fn with_fp16_basis(mut self) -> Self {
         self.options.basis = BasisStorage::F16;
         self
@@ -141,6 +146,7 @@ pub fn cases(suite: Suite) -> Vec<Case> {
     cases.extend(learned_cases(usual));
     cases.extend(turning_cases(usual));
     cases.extend(f16_cases(usual));
+    cases.extend(clustered_cases(usual));
     cases.extend(QUICK_LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n)).quick()));
     cases.extend(FULL_SIZES.map(|n| Case::of_sizes(sizes(n))));
     cases.extend(LEARNED_SIZES.map(|n| Case::learned_of_sizes(sizes(n))));
@@ -253,6 +259,50 @@ fn f16_cases(usual: Sizes) -> Vec<Case> {
             },
         )
         .with_fp16_basis(),
+    ]
+}
+
+/// Bases in clusters of 256 vertices.
+fn clustered_cases(usual: Sizes) -> Vec<Case> {
+    // Two whole clusters, and a short one that ends within a tile.
+    let three = Sizes { vertices: 600, ..usual };
+    vec![
+        Case::new("clustered", three, |r| r.rank = Some(7)).with_clusters().quick(),
+        Case::new("clustered-rank-1", three, |r| r.rank = Some(1)).with_clusters().quick(),
+        // More rows than handles: those beyond take the rounding to integers away.
+        Case::new("clustered-full-rank", three, |_| ()).with_clusters().quick(),
+        Case::new("clustered-small-weights", three, |r| r.small_weights = true).with_clusters(),
+        Case::new("clustered-h1", Sizes { handles: 1, edges: 0, influences: 0, ..usual }, |_| ())
+            .with_clusters()
+            .quick(),
+        Case::new("clustered-v1", sizes([1, 1, 0, 0, 0, 1, 1]), |_| ()).with_clusters(),
+        Case::new("clustered-learned", Sizes { frames: 5, ..three }, |r| {
+            r.rank = Some(7);
+            r.learned = true;
+        })
+        .with_clusters()
+        .quick(),
+        Case::new("clustered-turning", Sizes { frames: 1, ..three }, |r| {
+            r.rank = Some(5);
+            r.rotations = true;
+        })
+        .with_clusters()
+        .quick(),
+        Case::new(
+            "clustered-h89-b31",
+            Sizes { vertices: 1025, handles: 89, frames: 31, max_frames: 31, ..usual },
+            |r| r.rank = Some(20),
+        )
+        .with_clusters(),
+        Case::new(
+            "clustered-turning-b31",
+            Sizes { vertices: 1025, handles: 89, frames: 31, max_frames: 40, ..usual },
+            |r| {
+                r.rank = Some(20);
+                r.rotations = true;
+            },
+        )
+        .with_clusters(),
     ]
 }
 

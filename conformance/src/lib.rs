@@ -49,7 +49,7 @@ pub use mutant::{run_mutants, run_mutants_against};
 pub use numbers::Numbers;
 pub use outcome::{Measured, Outcome, StageName, Verdict, device_label, kernel_name, stage_name};
 pub use report::Report;
-pub use run::{ReferenceOf, run_case, run_case_against, stored};
+pub use run::{ReferenceOf, run_case, run_case_against};
 pub use suite::{
     DeviceReport, StageTime, missing_devices, no_device, required_backends, run_device, run_device_async,
     unknown_backends,

@@ -68,6 +68,8 @@ pub(crate) struct Recipe {
     pub coincident_poses: bool,
     /// Whether the basis has numbers of all sizes down to 10⁻⁸, as a real one does.
     pub small_weights: bool,
+    /// The rank of the basis, where it is less than the number of handles.
+    pub rank: Option<usize>,
     /// Whether it is a rig of the learned method.
     pub learned: bool,
     /// Whether the handles turn.
@@ -102,6 +104,7 @@ impl Recipe {
             unit: 1.0,
             coincident_poses: false,
             small_weights: false,
+            rank: None,
             learned: false,
             rotations: false,
         }
@@ -189,7 +192,16 @@ impl Recipe {
     /// A random basis, V×H.
     fn basis(&self, vertices: usize, handles: usize, numbers: &mut Numbers) -> Table<f32> {
         let mut basis = Vec::with_capacity(vertices * handles);
-        for _ in 0..vertices * handles {
+        if let Some(rank) = self.rank {
+            let of_rank: Vec<f64> = (0..rank * handles).map(|_| numbers.signed()).collect();
+            for _ in 0..vertices {
+                let of_vertex: Vec<f64> = (0..rank).map(|_| numbers.signed()).collect();
+                let entry =
+                    |h: usize| (0..rank).map(|k| of_vertex[k] * of_rank[k * handles + h]).sum::<f64>();
+                basis.extend((0..handles).map(|h| entry(h) as f32));
+            }
+        }
+        for _ in basis.len()..vertices * handles {
             let size = if self.small_weights { 10f64.powf(-8.0 * numbers.unit()) } else { 1.0 };
             basis.push((size * numbers.signed()) as f32);
         }

@@ -5,17 +5,21 @@
 use crate::distances::Distances;
 use crate::expected::Expected;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
+use half::f16;
 use rayon::prelude::*;
-use rhytid_core::{BasisStorage, Rig, Stage, StrainEdgeId, Table};
+use rhytid_core::{BasisStorage, ClusteredBasis, Result, Rig, Stage, StrainEdgeId, Table};
 use rhytid_kernels::{detail, fine_scale, vec3};
+use std::borrow::Cow;
 
 /// A case, and a device's result of each stage.
 #[derive(Debug)]
 pub struct Found {
-    /// The rig. Its basis and the weights of its linear band have their stored values.
+    /// The rig. Its basis and the weights of its linear band have the values that are stored as fp16.
     pub rig: Rig<f64>,
     /// How the basis is stored.
     pub basis: BasisStorage,
+    /// The factors of the basis where it is stored in clusters.
+    pub clusters: Option<ClusteredBasis>,
     /// frames × H.
     pub handle_positions: Vec<[f64; 3]>,
     /// In the order of [`Stage::ALL`], each as [`rhytid_core::Session::read`] gives it, and with the right
@@ -24,6 +28,28 @@ pub struct Found {
 }
 
 impl Found {
+    /// The results `stages` of a rig that was uploaded with this storage. `handle_positions` is
+    /// frames × H × 3.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Input`] if a number is too large for fp16.
+    pub fn new(
+        rig: Rig,
+        basis: BasisStorage,
+        handle_positions: &[f32],
+        stages: [Vec<f32>; 6],
+    ) -> Result<Self> {
+        let clusters = (basis == BasisStorage::Clustered).then(|| ClusteredBasis::new(&rig));
+        let positions = handle_positions.as_chunks::<3>().0;
+        Ok(Self {
+            rig: stored(rig, basis)?.widened(),
+            basis,
+            clusters,
+            handle_positions: positions.iter().map(|p| p.map(f64::from)).collect(),
+            stages,
+        })
+    }
+
     /// One stage of the batch.
     pub fn stage(&self, stage: Stage) -> &[f32] {
         &self.stages[stage as usize]
@@ -93,18 +119,34 @@ fn of_vertices(
 
 fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     let rig = &found.rig;
-    let handles = rig.handles().len();
     let motions = rig.handles().motions(&found.handle_positions);
     let center = motions.center.map(|v| rig.surface().rest[v.index()]);
     // Rows of H vectors. The rows of a frame follow one another.
     let of_frame = motions.vectors.len() / found.handle_positions.len();
-    let motions = Table::new(found.frames() * of_frame, handles, motions.vectors);
+    let exact = |x: f64| Expected { value: x, bound: 0.0 };
+    let of_handles: Vec<[Expected; 3]> = motions.vectors.iter().map(|u| u.map(exact)).collect();
+    let mut motions: Vec<Vec<[Expected; 3]>> =
+        of_handles.chunks_exact(rig.handles().len()).map(<[[Expected; 3]]>::to_vec).collect();
+    if let Some(clusters) = &found.clusters {
+        let factors = clusters.handle_factors().map(|w| f64::from(*w));
+        for u in &mut motions {
+            *u = factors.rows().map(|row| blended(row, u, 0.0)).collect();
+        }
+    }
     let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     let band = linear_band(found);
     of_vertices(found.frames(), rig.vertices(), |frame, v| {
-        let row = rig.basis().row(v);
-        let of_frame = (frame * of_frame..(frame + 1) * of_frame).map(|i| motions.row(i));
-        let blended: Vec<[Expected; 3]> = of_frame.map(|u| blended(row, u, smallest)).collect();
+        let (row, range) = match &found.clusters {
+            None => (Cow::Borrowed(rig.basis().row(v)), 0..rig.handles().len()),
+            Some(clusters) => {
+                let (cluster, in_cluster) = (v / ClusteredBasis::VERTICES, v % ClusteredBasis::VERTICES);
+                let columns = clusters.clusters()[cluster].columns.iter();
+                let row = columns.map(|column| f64::from(column[in_cluster])).collect();
+                (Cow::Owned(row), clusters.rows_of(cluster))
+            }
+        };
+        let of_frame = motions[frame * of_frame..(frame + 1) * of_frame].iter().map(|u| &u[range.clone()]);
+        let blended: Vec<[Expected; 3]> = of_frame.map(|u| blended(&row, u, smallest)).collect();
         std::array::from_fn(|c| {
             let Expected { value: mut moved, bound: mut sum } = blended[0][c];
             if let Some(center) = center {
@@ -128,15 +170,17 @@ fn large_scale(found: &Found) -> Vec<[Expected; 3]> {
     })
 }
 
-/// Σ_h B_vh u_h for a row of the basis.
-fn blended(row: &[f64], u: &[[f64; 3]], smallest: f64) -> [Expected; 3] {
+/// Σ_h B_vh u_h for a row of the basis, or the same sum for a row of one of its factors.
+fn blended(row: &[f64], u: &[[Expected; 3]], smallest: f64) -> [Expected; 3] {
     let roundings = tolerance::large_scale(row.len());
     let (mut sum, mut sizes, mut flushed) = ([0.0; 3], [0.0; 3], [0.0; 3]);
+    let mut bounds = [0.0; 3];
     for (b, u) in row.iter().zip(u) {
         for c in 0..3 {
-            let product = b * u[c];
+            let product = b * u[c].value;
             sum[c] += product;
             sizes[c] += product.abs();
+            bounds[c] += b.abs() * u[c].bound;
             if b.abs() < smallest {
                 flushed[c] += product.abs();
             }
@@ -144,8 +188,26 @@ fn blended(row: &[f64], u: &[[f64; 3]], smallest: f64) -> [Expected; 3] {
     }
     std::array::from_fn(|c| Expected {
         value: sum[c],
-        bound: gamma(roundings) * sizes[c] + flushed[c] + roundings * TINY,
+        bound: gamma(roundings) * (sizes[c] + bounds[c]) + bounds[c] + flushed[c] + roundings * TINY,
     })
+}
+
+/// The rig with its basis and the weights of its linear band in the precision in which a device stores them.
+/// Factors of the basis are not the rig's.
+///
+/// # Errors
+/// [`rhytid_core::Error::Input`] if one of these numbers is too large for fp16.
+fn stored(rig: Rig, basis: BasisStorage) -> Result<Rig> {
+    let mut parts = rig.into_parts();
+    if basis == BasisStorage::F16 {
+        parts.basis = parts.basis.map(|b| f16::from_f32(*b).to_f32());
+        // Half of the number is stored.
+        let kept = |c: f32| 2.0 * f16::from_f32(0.5 * c).to_f32();
+        if let Some(learned) = &mut parts.learned {
+            learned.example_weights = learned.example_weights.map(|c| c.map(kept));
+        }
+    }
+    Rig::new(parts)
 }
 
 /// The linear band's offset for every vertex of every frame; `None` if the rig has no bands.

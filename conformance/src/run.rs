@@ -5,8 +5,7 @@ use crate::expected::Expected;
 use crate::outcome::{Measured, Outcome, Verdict, device_label, stage_name};
 use crate::reference::{Found, reference};
 use crate::{Built, Case, expectations};
-use half::f16;
-use rhytid_core::{BasisStorage, Device, DeviceErrorKind, Error, HandleFrames, Result, Rig, Stage};
+use rhytid_core::{Device, DeviceErrorKind, Error, HandleFrames, Result, Stage};
 
 /// The function that gives a stage's expected values: [`reference()`], except in tests of the suite itself.
 pub type ReferenceOf = fn(&Found, Stage) -> Vec<Expected>;
@@ -127,40 +126,13 @@ pub(crate) async fn examine(
     repeat(session, &batch, &other, &stages, &mut examined).await?;
 
     let metres_per_unit = rig.surface().metres_per_unit;
-    let found = Found {
-        rig: stored(rig, case.options.basis)?.widened(),
-        basis: case.options.basis,
-        handle_positions: handle_positions
-            .as_chunks()
-            .0
-            .iter()
-            .map(|p: &[f32; 3]| p.map(f64::from))
-            .collect(),
-        stages,
-    };
+    let found = Found::new(rig, case.options.basis, &handle_positions, stages)?;
     for stage in Stage::ALL {
         let comparison = compare(stage, found.stage(stage), &reference(&found, stage), metres_per_unit);
         examined[stage as usize].measured = comparison.measured;
         examined[stage as usize].problems.extend(comparison.problem);
     }
     Ok(examined)
-}
-
-/// The rig with its basis and the weights of its linear band in the precision in which a device stores them.
-///
-/// # Errors
-/// [`rhytid_core::Error::Input`] if one of these numbers is too large for fp16.
-pub fn stored(rig: Rig, basis: BasisStorage) -> Result<Rig> {
-    let mut parts = rig.into_parts();
-    if basis == BasisStorage::F16 {
-        parts.basis = parts.basis.map(|b| f16::from_f32(*b).to_f32());
-        // Half of the number is stored.
-        let kept = |c: f32| 2.0 * f16::from_f32(0.5 * c).to_f32();
-        if let Some(learned) = &mut parts.learned {
-            learned.example_weights = learned.example_weights.map(|c| c.map(kept));
-        }
-    }
-    Rig::new(parts)
 }
 
 /// Frames one by one, and the batch after another batch, must have the bits of the first evaluation.

@@ -1,9 +1,11 @@
 //! The CPU backend has the bits of the kernels' f32 references. The expected values are those of the kernels
 //! in f64.
+use crate::toy::Toy;
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::Expected;
 use rhytid_conformance::reference::{Found, reference};
 use rhytid_conformance::{Case, Suite, cases, detail_params, evaluate, pivoted_weights, squared_differences};
+use rhytid_core::plan::PlanLimits;
 use rhytid_core::{Animator, Backend, BasisStorage, Stage, StrainEdgeId, VertexId};
 use rhytid_kernels::{detail, fine_scale, normals};
 
@@ -43,6 +45,27 @@ fn every_stage_has_the_bits_of_the_f32_reference() {
         }
     }
     assert!(whole > 20, "{whole} cases with every stage");
+}
+
+/// The toy runs the references of the kernels `clusters` and `large_scale`.
+#[test]
+fn clusters_have_the_bits_of_their_references() {
+    let mut cases = cases(Suite::Full);
+    cases.retain(|case| case.options.basis == BasisStorage::Clustered);
+    assert!(cases.len() > 8);
+    let limits = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: u32::MAX };
+    for case in cases {
+        let built = case.build();
+        let mut found = [Vec::new(), Vec::new()];
+        let mut animator = Animator::new(&cpu(), &built.rig, case.options).unwrap();
+        animator.evaluate(&built.handle_positions).unwrap();
+        animator.read(Stage::LargeScale, &mut found[0]).unwrap();
+        let mut animator = Animator::new(&Toy { limits }, &built.rig, case.options).unwrap();
+        animator.evaluate(&built.handle_positions).unwrap();
+        animator.read(Stage::LargeScale, &mut found[1]).unwrap();
+        let [cpu, toy] = found.map(|numbers| numbers.into_iter().map(f32::to_bits).collect::<Vec<_>>());
+        assert!(cpu == toy || built.rig.limits_basis(), "{}", case.name);
+    }
 }
 
 /// Each kernel's f64 reference for the inputs that `found` has.
@@ -102,18 +125,8 @@ fn the_expected_values_are_those_of_the_f64_kernels() {
     for case in plain_cases() {
         let built = case.build();
         let results = evaluate(&built.rig, built.handle_positions.as_chunks().0);
-        let found = Found {
-            rig: built.rig.widened(),
-            basis: BasisStorage::F32,
-            handle_positions: built
-                .handle_positions
-                .as_chunks::<3>()
-                .0
-                .iter()
-                .map(|p| p.map(f64::from))
-                .collect(),
-            stages: Stage::ALL.map(|stage| results.stage(stage).to_vec()),
-        };
+        let stages = Stage::ALL.map(|stage| results.stage(stage).to_vec());
+        let found = Found::new(built.rig, BasisStorage::F32, &built.handle_positions, stages).unwrap();
         for stage in Stage::ALL {
             let expected = reference(&found, stage);
             // Some sums have another order or form, which matters very little in f64.

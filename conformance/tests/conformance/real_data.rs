@@ -3,7 +3,10 @@
 use crate::support::real::{self, clean_take, face, settings, solved_face};
 use rhytid_backend_cpu::Cpu;
 use rhytid_conformance::{evaluate, worst_difference};
-use rhytid_core::{Animator, Backend, Bind, Face, Method, NoProgress, Rig, Settings, Stage, UploadOptions};
+use rhytid_core::{
+    Animator, Backend, BasisStorage, Bind, ClusteredBasis, Face, Method, NoProgress, Rig, Settings, Stage,
+    UploadOptions,
+};
 use rhytid_solve::solve;
 use rhytid_test_support::shared;
 use std::path::Path;
@@ -78,6 +81,52 @@ fn check(shared: &Path, face: &Face, rig: &Rig<f64>) {
         worst[1]
     );
     assert!(worst.iter().all(|w| *w < 0.01), "a marker is missed by {worst:?} mm");
+    check_clusters(rig, &markers[..800 * 3 * h]);
+}
+
+/// Asserts that a basis in clusters gives the frames of the whole one, to its bound, and meets the markers.
+fn check_clusters(rig: &Rig<f64>, markers: &[f32]) {
+    let h = rig.handles().len();
+    let batch = 32;
+    let rounded = rig.rounded().unwrap();
+    let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animators = [BasisStorage::F32, BasisStorage::Clustered]
+        .map(|basis| Animator::new(&cpu, &rounded, UploadOptions { max_frames: batch, basis }).unwrap());
+    let rest = rounded.handles().rest.as_flattened().iter().cycle();
+    let farthest = markers.iter().zip(rest).map(|(x, rest)| f64::from((x - rest).abs())).fold(0.0, f64::max);
+    let (mut worst, mut worst_marker, mut turned) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for frames in markers.chunks(batch * 3 * h) {
+        let mut results = [Stage::Positions, Stage::Normals].map(|_| [Vec::new(), Vec::new()]);
+        for (i, animator) in animators.iter_mut().enumerate() {
+            animator.evaluate(frames).unwrap();
+            animator.read(Stage::Positions, &mut results[0][i]).unwrap();
+            animator.read(Stage::Normals, &mut results[1][i]).unwrap();
+        }
+        let [[dense, clustered], [normals, clustered_normals]] = &results;
+        worst = worst.max(worst_difference(dense, clustered).size);
+        for (frame, markers) in clustered.chunks_exact(3 * rig.vertices()).zip(frames.chunks_exact(3 * h)) {
+            let positions = frame.as_chunks::<3>().0;
+            let at: Vec<f32> =
+                rounded.handles().points.iter().flat_map(|point| point.at(positions)).collect();
+            worst_marker = worst_marker.max(worst_difference(&at, markers).size);
+        }
+        for (a, b) in normals.as_chunks::<3>().0.iter().zip(clustered_normals.as_chunks::<3>().0) {
+            let chord = (0..3).map(|c| f64::from(a[c] - b[c]).powi(2)).sum::<f64>().sqrt();
+            turned = turned.max(2.0 * (chord / 2.0).min(1.0).asin());
+        }
+    }
+    // Positions are rounded as well.
+    let bound = ClusteredBasis::LARGEST_ERROR * farthest + 3e-6 * farthest;
+    println!(
+        "in clusters: {:.1e} mm from the whole basis at most, where the bound is {:.1e} mm; markers {:.1e} mm, \
+         normals {:.3}°",
+        MM * worst,
+        MM * bound,
+        MM * worst_marker,
+        turned.to_degrees()
+    );
+    assert!(worst > 0.0 && worst < bound, "{worst} with a bound of {bound}");
+    assert!(MM * worst_marker < 0.01, "a marker is missed by {} mm", MM * worst_marker);
 }
 
 #[test]

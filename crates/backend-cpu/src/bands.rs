@@ -81,7 +81,7 @@ impl Bands {
                 wrinkle_weights(centers, wrinkles),
             ),
             example_weights: match storage {
-                BasisStorage::F32 => ExampleWeights::F32(example_weights),
+                BasisStorage::F32 | BasisStorage::Clustered => ExampleWeights::F32(example_weights),
                 BasisStorage::F16 => {
                     let halves = example_weights.iter().map(|rows| rows.map(|row| row.0.map(f16::from_f32)));
                     ExampleWeights::F16(halves.collect())

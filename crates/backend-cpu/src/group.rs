@@ -148,13 +148,14 @@ fn large_scale(
             by_handles[i % of_frame][c].0[i / of_frame] = u[c];
         }
     }
+    let motions = rig.basis.group_motions(rig.vectors, &by_handles);
     let bands = rig.bands.as_ref().map(|bands| (bands, bands.group_table(inputs.displacements)));
     let beyond = rig.beyond.as_ref().zip(rig.bands.as_ref());
     let excess = beyond.and_then(|(beyond, bands)| beyond.group(bands, inputs.displacements, handles));
     let scratch = || (OfHandles::default(), bands.as_ref().map(|(bands, _)| bands.scratch()));
     let panels = out.par_chunks_mut(PANEL).zip(rig.rest.par_chunks(PANEL)).enumerate();
     panels.for_each_init(scratch, |(of_basis, of_bands), (panel, (out, rest))| {
-        of_handles(rig, panel, &by_handles, handles, rest, out, of_basis);
+        without_bands(rig, panel, &motions, rest, out, of_basis);
         if let (Some((bands, table)), Some(scratch)) = (&bands, of_bands) {
             let terms = Terms { influences: &rig.influences, table, excess: excess.as_ref() };
             rig.vectors.run(AddBands { bands, terms, scratch, first: panel * PANEL, stage, out });
@@ -171,12 +172,11 @@ struct OfHandles {
     columns: [Vec<Line3>; 3],
 }
 
-/// The large scale of a panel, without the bands. `handles` is H. The number of `motions` is a multiple of H.
-fn of_handles(
+/// The large scale of a panel, without the bands. `motions` are those of the basis.
+fn without_bands(
     rig: &UploadedRig,
     panel: usize,
     motions: &[Line3],
-    handles: usize,
     rest: &[[f32; 3]],
     out: &mut [Line3],
     scratch: &mut OfHandles,
@@ -189,7 +189,7 @@ fn of_handles(
     let mut blend = |motion: &[Line3], out: &mut [Line3]| {
         rig.basis.group(rig.vectors, panel, motion, &[[0.0; 3]; PANEL][..out.len()], out, rows);
     };
-    let mut motions = motions.chunks_exact(handles);
+    let mut motions = motions.chunks_exact(rig.basis.width());
     if let Some(motion) = motions.next() {
         blend(motion, out);
     }

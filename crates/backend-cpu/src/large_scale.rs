@@ -1,13 +1,17 @@
-//! The large scale: B times the handles' displacements.
+//! The large scale: B times the handles' displacements. Where B is in clusters, `B ≈ U W`: first W times the
+//! displacements, then U times that.
 use crate::lanes::{Lanes, load3, splat3, store3};
-use crate::lines::{GROUP, Line3, PANEL, PanelRows};
+use crate::lines::{GROUP, Line, Line3, PANEL, PanelRows};
 use crate::prefetch::Prefetch;
 use crate::vectors::Vectors;
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use pulp::{Simd, WithSimd};
-use rhytid_core::{BasisStorage, Rig};
+use rayon::prelude::*;
+use rhytid_core::{BasisStorage, ClusteredBasis, Rig};
 use rhytid_kernels::{Number, vec3};
+use std::borrow::Cow;
+use std::ops::Range;
 
 /// Registers of each coordinate whose sums are computed together. This many hide the latency of an addition.
 const REGISTERS: usize = 4;
@@ -16,70 +20,182 @@ const REGISTERS: usize = 4;
 /// them.
 const VERTICES: usize = 4;
 
-/// B in panels, `[V/64][H][64]`. Numbers past V are zero. One pass over it streams through memory.
+/// Panels of a cluster.
+const PANELS: usize = ClusteredBasis::VERTICES / PANEL;
+
+/// B in panels, `[V/64][H][64]`. Where it is in clusters, U in panels, each with as many rows as its cluster
+/// has. Numbers past V are zero. One pass over it streams through memory.
 #[derive(Debug)]
 pub(crate) struct Basis {
-    handles: usize,
     rows: Rows,
+    /// H.
+    handles: usize,
+    clusters: Option<Clusters>,
 }
 
-/// A panel's rows of a handle as fp16.
+/// What is computed once for each cluster.
+#[derive(Debug)]
+struct Clusters {
+    /// W of all clusters, R×H, in panels of 64 of its rows.
+    handle_factors: Box<Basis>,
+    /// R.
+    rows: usize,
+    /// The first of the panels' rows of each cluster's first panel, and the first of its rows of W.
+    firsts: Vec<[usize; 2]>,
+}
+
+/// Panels that have equally many rows, one behind the other.
+struct Panels {
+    /// Their rows among all rows of the panels.
+    rows: Range<usize>,
+    /// The vectors of a frame that their rows are multiplied by.
+    vectors: Range<usize>,
+}
+
+/// A row of a panel as fp16.
 type Fp16Rows = [f16; PANEL];
+
+/// A row of a panel as integers.
+type IntegerRows = [i16; PANEL];
 
 #[derive(Debug)]
 enum Rows {
     F32(Vec<PanelRows>),
     F16(Vec<Fp16Rows>),
+    I16(Vec<IntegerRows>),
 }
 
 impl Basis {
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Self {
-        let (vertices, handles) = (rig.vertices(), rig.handles().len());
-        let rows = match storage {
-            BasisStorage::F32 => {
-                let mut rows = vec![PanelRows::ZERO; vertices.div_ceil(PANEL) * handles];
-                each_entry(rig.basis().as_slice(), handles, |at, lane, b| rows[at].0[lane] = b);
-                Rows::F32(rows)
-            }
+        let (basis, handles) = (rig.basis().as_slice(), rig.handles().len());
+        match storage {
+            BasisStorage::F32 => Self::dense(basis, handles),
             BasisStorage::F16 => {
-                let mut rows = vec![[f16::ZERO; PANEL]; vertices.div_ceil(PANEL) * handles];
-                each_entry(rig.basis().as_slice(), handles, |at, lane, b| rows[at][lane] = f16::from_f32(b));
-                Rows::F16(rows)
+                let mut rows = vec![[f16::ZERO; PANEL]; rig.vertices().div_ceil(PANEL) * handles];
+                each_entry(basis, handles, |at, lane, b| rows[at][lane] = f16::from_f32(b));
+                Self { rows: Rows::F16(rows), handles, clusters: None }
             }
-        };
-        Self { handles, rows }
+            BasisStorage::Clustered => Self::clustered(rig),
+        }
     }
 
-    /// rest + B u of consecutive vertices from the first one of a panel, in one frame. `u` has H
-    /// displacements.
+    /// Numbers of vertices or of rows, H of each.
+    fn dense(numbers: &[f32], handles: usize) -> Self {
+        let mut rows = vec![PanelRows::ZERO; (numbers.len() / handles).div_ceil(PANEL) * handles];
+        each_entry(numbers, handles, |at, lane, b| rows[at].0[lane] = b);
+        Self { rows: Rows::F32(rows), handles, clusters: None }
+    }
+
+    fn clustered(rig: &Rig) -> Self {
+        let (basis, handles) = (ClusteredBasis::new(rig), rig.handles().len());
+        let mut rows: Vec<IntegerRows> = Vec::new();
+        let mut firsts = Vec::new();
+        for (i, cluster) in basis.clusters().iter().enumerate() {
+            firsts.push([rows.len(), basis.rows_of(i).start]);
+            let vertices = cluster.columns.first().map_or(0, Vec::len);
+            for first in (0..vertices).step_by(PANEL) {
+                let row = |column: &Vec<i16>| -> IntegerRows {
+                    std::array::from_fn(|lane| column.get(first + lane).copied().unwrap_or(0))
+                };
+                rows.extend(cluster.columns.iter().map(row));
+            }
+        }
+        firsts.push([rows.len(), basis.rows()]);
+        let handle_factors = Box::new(Self::dense(basis.handle_factors().as_slice(), handles));
+        let clusters = Some(Clusters { handle_factors, rows: basis.rows(), firsts });
+        Self { rows: Rows::I16(rows), handles, clusters }
+    }
+
+    /// How many vectors of a frame the vertices need for each vector of all handles.
+    pub(crate) fn width(&self) -> usize {
+        self.clusters.as_ref().map_or(self.handles, |clusters| clusters.rows)
+    }
+
+    /// The vectors that [`Basis::frame`] needs: W times vectors of the handles. `u` has H vectors, or several
+    /// times H.
+    pub(crate) fn motions<'a>(&self, vectors: Vectors, u: &'a [[f32; 3]]) -> Cow<'a, [[f32; 3]]> {
+        let Some(clusters) = &self.clusters else { return Cow::Borrowed(u) };
+        let mut motions = vec![[0.0; 3]; u.len() / self.handles * clusters.rows];
+        for (u, motions) in u.chunks_exact(self.handles).zip(motions.chunks_exact_mut(clusters.rows)) {
+            motions.par_chunks_mut(PANEL).enumerate().for_each(|(i, out)| {
+                let nowhere = [[0.0; 3]; PANEL];
+                let rest = &nowhere[..out.len()];
+                clusters.handle_factors.frame(vectors, i * PANEL, u, rest, out, &mut Vec::new());
+            });
+        }
+        Cow::Owned(motions)
+    }
+
+    /// The same for a group of frames.
+    pub(crate) fn group_motions<'a>(&self, vectors: Vectors, u: &'a [Line3]) -> Cow<'a, [Line3]> {
+        let Some(clusters) = &self.clusters else { return Cow::Borrowed(u) };
+        let mut motions = vec![[Line::ZERO; 3]; u.len() / self.handles * clusters.rows];
+        for (u, motions) in u.chunks_exact(self.handles).zip(motions.chunks_exact_mut(clusters.rows)) {
+            motions.par_chunks_mut(PANEL).enumerate().for_each(|(i, out)| {
+                let nowhere = [[0.0; 3]; PANEL];
+                let rest = &nowhere[..out.len()];
+                clusters.handle_factors.group(vectors, i, u, rest, out, &mut Vec::new());
+            });
+        }
+        Cow::Owned(motions)
+    }
+
+    /// The panels of one cluster among some panels: the first ones of `panels`.
+    fn of_one_cluster(&self, panels: &Range<usize>) -> (Range<usize>, Panels) {
+        let Some(clusters) = &self.clusters else {
+            let rows = panels.start * self.handles..panels.end * self.handles;
+            return (panels.clone(), Panels { rows, vectors: 0..self.handles });
+        };
+        let cluster = panels.start / PANELS;
+        let own = panels.start..panels.end.min((cluster + 1) * PANELS);
+        let ([first, first_vector], [_, end_vector]) =
+            (clusters.firsts[cluster], clusters.firsts[cluster + 1]);
+        let vectors = first_vector..end_vector;
+        let [begin, end] = [own.start, own.end].map(|p| first + (p - cluster * PANELS) * vectors.len());
+        (own, Panels { rows: begin..end, vectors })
+    }
+
+    /// rest + B u of consecutive vertices from the first one of a panel, in one frame. `motions` has
+    /// [`Basis::width`] vectors, those of [`Basis::motions`].
     pub(crate) fn frame(
         &self,
         vectors: Vectors,
         first: usize,
-        u: &[[f32; 3]],
-        rest: &[[f32; 3]],
-        out: &mut [[f32; 3]],
+        motions: &[[f32; 3]],
+        mut rest: &[[f32; 3]],
+        mut out: &mut [[f32; 3]],
         scratch: &mut Vec<PanelRows>,
     ) {
-        let panels = first / PANEL..(first + out.len()).div_ceil(PANEL);
-        let range = panels.start * self.handles..panels.end * self.handles;
-        match &self.rows {
-            Rows::F32(rows) => vectors.run(Frame { rows: &rows[range], u, rest, out }),
-            Rows::F16(rows) => fp16_frame(vectors, &rows[range], u, rest, out, scratch),
+        let mut panels = first / PANEL..(first + out.len()).div_ceil(PANEL);
+        while !panels.is_empty() {
+            let (own, Panels { rows: range, vectors: of_cluster }) = self.of_one_cluster(&panels);
+            let vertices = (own.len() * PANEL).min(out.len());
+            let (own_out, others) = out.split_at_mut(vertices);
+            let (own_rest, other_rests) = rest.split_at(vertices);
+            let u = &motions[of_cluster];
+            match &self.rows {
+                Rows::F32(rows) => vectors.run(Frame { rows: &rows[range], u, rest: own_rest, out: own_out }),
+                Rows::F16(rows) => narrow_frame(vectors, &rows[range], u, own_rest, own_out, scratch),
+                Rows::I16(rows) => narrow_frame(vectors, &rows[range], u, own_rest, own_out, scratch),
+            }
+            (panels.start, out, rest) = (own.end, others, other_rests);
         }
     }
 
-    /// rest + B u of a panel's vertices, in a group of frames. `u` has H displacements.
+    /// rest + B u of a panel's vertices, in a group of frames. `motions` has [`Basis::width`] vectors, those
+    /// of [`Basis::group_motions`].
     pub(crate) fn group(
         &self,
         vectors: Vectors,
         panel: usize,
-        u: &[Line3],
+        motions: &[Line3],
         rest: &[[f32; 3]],
         out: &mut [Line3],
         scratch: &mut Vec<PanelRows>,
     ) {
-        let [own, next] = [panel, panel + 1].map(|panel| panel * self.handles..(panel + 1) * self.handles);
+        let (_, Panels { rows: own, vectors: of_cluster }) = self.of_one_cluster(&(panel..panel + 1));
+        // The next panel may have more rows, or fewer. Its first ones are requested.
+        let next = own.end..own.end + own.len();
         let (rows, next) = match &self.rows {
             Rows::F32(rows) => {
                 let own = &rows[own];
@@ -89,8 +205,12 @@ impl Basis {
                 let own = &rows[own];
                 (widened(own, scratch), bytemuck::cast_slice(rows.get(next).unwrap_or(own)))
             }
+            Rows::I16(rows) => {
+                let own = &rows[own];
+                (widened(own, scratch), bytemuck::cast_slice(rows.get(next).unwrap_or(own)))
+            }
         };
-        vectors.run(Group { rows, next, u, rest, out });
+        vectors.run(Group { rows, next, u: &motions[of_cluster], rest, out });
     }
 }
 
@@ -103,17 +223,45 @@ fn each_entry(basis: &[f32], handles: usize, mut put: impl FnMut(usize, usize, f
     }
 }
 
+/// A row of a panel with numbers of 16 bits.
+trait Narrow: Sized {
+    /// Writes the rows as floats.
+    fn widen(rows: &[Self], out: &mut [PanelRows]);
+}
+
+impl Narrow for Fp16Rows {
+    fn widen(rows: &[Self], out: &mut [PanelRows]) {
+        rows.as_flattened().convert_to_f32_slice(bytemuck::cast_slice_mut(out));
+    }
+}
+
+impl Narrow for IntegerRows {
+    fn widen(rows: &[Self], out: &mut [PanelRows]) {
+        for (out, row) in out.iter_mut().zip(rows) {
+            out.0.iter_mut().zip(row).for_each(|(out, &c)| *out = f32::from(c));
+        }
+    }
+}
+
 /// The rows as floats, in `scratch`.
-fn widened<'a>(rows: &[Fp16Rows], scratch: &'a mut Vec<PanelRows>) -> &'a [PanelRows] {
+fn widened<'a, N: Narrow>(rows: &[N], scratch: &'a mut Vec<PanelRows>) -> &'a [PanelRows] {
     scratch.resize(rows.len(), PanelRows::ZERO);
-    rows.as_flattened().convert_to_f32_slice(bytemuck::cast_slice_mut(scratch));
+    N::widen(rows, scratch);
     scratch
 }
 
-/// AVX-512 widens fp16 while it loads registers. Otherwise fp16 is widened a panel at a time.
-fn fp16_frame(
+/// AVX-512 widens numbers while it loads registers. Otherwise they are widened a panel at a time.
+#[cfg(target_arch = "x86_64")]
+trait NarrowRows: Narrow + Load<pulp::x86::V4> {}
+#[cfg(target_arch = "x86_64")]
+impl<N: Narrow + Load<pulp::x86::V4>> NarrowRows for N {}
+#[cfg(not(target_arch = "x86_64"))]
+use Narrow as NarrowRows;
+
+/// Consecutive vertices in one frame, from rows of numbers of 16 bits.
+fn narrow_frame<N: NarrowRows>(
     vectors: Vectors,
-    rows: &[Fp16Rows],
+    rows: &[N],
     u: &[[f32; 3]],
     rest: &[[f32; 3]],
     out: &mut [[f32; 3]],
@@ -132,7 +280,7 @@ fn fp16_frame(
     }
 }
 
-/// A panel's row of a handle, whose registers can be loaded with `S`.
+/// A row of a panel whose registers can be loaded with `S`.
 trait Load<S: Simd> {
     fn load(&self, simd: S, register: usize) -> S::f32s;
 }
@@ -150,6 +298,16 @@ impl Load<pulp::x86::V4> for Fp16Rows {
     fn load(&self, simd: pulp::x86::V4, register: usize) -> pulp::f32x16 {
         let (registers, _) = self.reinterpret_cast().as_chunks::<16>();
         pulp::cast(simd.avx512f._mm512_cvtph_ps(pulp::cast(registers[register])))
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Load<pulp::x86::V4> for IntegerRows {
+    #[inline(always)]
+    fn load(&self, simd: pulp::x86::V4, register: usize) -> pulp::f32x16 {
+        let (registers, _) = self.as_chunks::<16>();
+        let integers = simd.avx512f._mm512_cvtepi16_epi32(pulp::cast(registers[register]));
+        pulp::cast(simd.avx512f._mm512_cvtepi32_ps(integers))
     }
 }
 

@@ -119,6 +119,8 @@ impl OneFrame {
 /// which then need no neighbours.
 fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[f32; 3]], times: &Times) {
     let start = Instant::now();
+    let of_handles = if rig.rotations.is_some() { inputs.motions } else { inputs.displacements };
+    let motions = rig.basis.motions(rig.vectors, of_handles);
     let bands = rig.bands.as_ref().map(|bands| (bands, bands.frame_table(inputs.displacements)));
     let beyond = rig.beyond.as_ref().zip(rig.bands.as_ref());
     let excess = beyond.and_then(|(beyond, bands)| beyond.frame(bands, inputs.displacements));
@@ -127,7 +129,7 @@ fn large_scale(rig: &UploadedRig, inputs: Inputs<'_>, stage: Stage, out: &mut [[
     blocks.for_each_init(scratch, |(of_basis, of_bands), (i, block)| {
         for (j, out) in block.chunks_mut(CHUNK).enumerate() {
             let first = i * rig.block + j * CHUNK;
-            of_handles(rig, first, inputs, out, of_basis);
+            without_bands(rig, first, &motions, out, of_basis);
             if let (Some((bands, table)), Some(scratch)) = (&bands, &mut *of_bands) {
                 let terms = Terms { influences: &rig.influences, table, excess: excess.as_ref() };
                 rig.vectors.run(AddBands { bands, terms, scratch, first, stage, out });
@@ -145,24 +147,25 @@ struct OfHandles {
     columns: [Vec<[f32; 3]>; 3],
 }
 
-/// The large scale of consecutive vertices from the first one of a panel, without the bands.
-fn of_handles(
+/// The large scale of consecutive vertices from the first one of a panel, without the bands. `motions` are
+/// those of the basis.
+fn without_bands(
     rig: &UploadedRig,
     first: usize,
-    inputs: Inputs<'_>,
+    motions: &[[f32; 3]],
     out: &mut [[f32; 3]],
     scratch: &mut OfHandles,
 ) {
     let rest = &rig.rest[first..first + out.len()];
     if rig.rotations.is_none() {
-        rig.basis.frame(rig.vectors, first, inputs.displacements, rest, out, &mut scratch.rows);
+        rig.basis.frame(rig.vectors, first, motions, rest, out, &mut scratch.rows);
         return;
     }
     let OfHandles { rows, columns } = scratch;
     let mut blend = |motion: &[[f32; 3]], out: &mut [[f32; 3]]| {
         rig.basis.frame(rig.vectors, first, motion, &NOWHERE[..out.len()], out, rows);
     };
-    let mut motions = inputs.motions.chunks_exact(inputs.displacements.len());
+    let mut motions = motions.chunks_exact(rig.basis.width());
     if let Some(motion) = motions.next() {
         blend(motion, out);
     }

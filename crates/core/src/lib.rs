@@ -26,6 +26,7 @@ mod atomic_file;
 mod backend;
 pub mod buffer_ring;
 pub mod channel;
+mod clustered_basis;
 mod contact;
 mod error;
 mod explain;
@@ -69,6 +70,7 @@ pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
 pub use channel::{Channel, ChannelKind};
+pub use clustered_basis::{Cluster, ClusteredBasis};
 pub use contact::{Contact, Eyeball, LidVertex};
 pub use error::DeviceErrorKind;
 pub use error::Error;

@@ -5,7 +5,9 @@ mod extent;
 mod planned;
 mod reach;
 
-use crate::{BasisStorage, DeviceErrorKind, Error, Result, Rig, Rotations, Stage, UploadOptions};
+use crate::{
+    BasisStorage, ClusteredBasis, DeviceErrorKind, Error, Result, Rig, Rotations, Stage, UploadOptions,
+};
 use extent::{Extent, extent};
 pub use planned::{Dispatch, Input, PlannedBuffer, Role, Slice};
 use reach::Limits;
@@ -13,7 +15,8 @@ use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::table::{Buffer, Each, FRAMES_AT_ONCE, Kernel, WORKGROUP_SIZE};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
-    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, clusters, detail, differences, fine_scale, large_scale, normals, strain,
+    vector_differences,
 };
 use std::ops::Range;
 
@@ -43,7 +46,12 @@ pub struct PlanLimits {
 #[derive(Debug, Clone)]
 pub struct Plan {
     sizes: Sizes,
-    fp16_basis: bool,
+    storage: BasisStorage,
+    /// Where the basis is in clusters.
+    clusters: Option<Box<ClusteredBasis>>,
+    /// The first row of each tile's basis and the first vector that it is multiplied by, and the end of the
+    /// rows.
+    basis_rows: Vec<u32>,
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
     /// `None` where the handles do not turn. It is in a box, since the handles of few rigs turn.
@@ -68,6 +76,8 @@ pub struct Plan {
 struct Sizes {
     vertices: usize,
     handles: usize,
+    /// The vectors of a frame that the basis is multiplied by: H, or R where it is in clusters.
+    motions: usize,
     edges: usize,
     centers: usize,
     /// Whether a part of the basis is followed only up to the rig's reach.
@@ -85,9 +95,11 @@ impl Plan {
     /// # Errors
     /// [`Error::Device`], `Unsupported`, if one tile or one frame alone is larger than the device's limits.
     pub fn new(rig: &Rig, options: UploadOptions, limits: PlanLimits, device: &str) -> Result<Self> {
+        let clusters = (options.basis == BasisStorage::Clustered).then(|| Box::new(ClusteredBasis::new(rig)));
         let sizes = Sizes {
             vertices: rig.vertices(),
             handles: rig.handles().len(),
+            motions: clusters.as_ref().map_or(rig.handles().len(), |clusters| clusters.rows()),
             edges: rig.handles().strain_edges.len(),
             centers: rig.centers(),
             limits_basis: rig.limits_basis(),
@@ -95,7 +107,6 @@ impl Plan {
             vector_wrinkles: rig.vector_wrinkles(),
             vectors: if rig.handles().rotations { MOTION } else { 1 },
         };
-        let fp16_basis = options.basis == BasisStorage::F16;
         let limit = limits.max_binding_bytes.min(LARGEST_BINDING) as usize;
         let unsupported = |what: &str, needs: usize, has: usize| Error::Device {
             kind: DeviceErrorKind::Unsupported,
@@ -108,8 +119,12 @@ impl Plan {
         if longest > most_vertices {
             return Err(unsupported("strain edges and handles", longest, most_vertices));
         }
+        if clusters.is_some() && sizes.motions > most_vertices {
+            return Err(unsupported("rows of clusters", sizes.motions, most_vertices));
+        }
 
-        let basis_bytes = sizes.handles * if fp16_basis { 2 } else { 4 };
+        let rank = clusters.as_ref().map_or(sizes.handles, |clusters| clusters.highest_rank());
+        let basis_bytes = rank * entry_bytes(options.basis);
         let tile_bytes = TILE * basis_bytes.max(sizes.centers.max(sizes.wrinkle_weights()) * 12);
         if tile_bytes > limit {
             return Err(unsupported("bytes of 16 vertices in one buffer binding", tile_bytes, limit));
@@ -124,13 +139,14 @@ impl Plan {
             part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
         });
         let frame_bytes = (sizes.vertices * 12)
-            .max(sizes.vectors * sizes.handles * 16)
+            .max(sizes.vectors * sizes.handles.max(sizes.motions) * 16)
             .max(if sizes.limits_basis { sizes.features() * 16 } else { 0 })
             .max(sizes.table_len() * 4)
             .max(sizes.vector_table_len() * 4);
         let bytes_of_rows = parts.iter().flat_map(bytes_of_rows).max().unwrap_or(0);
         let of_bands = if sizes.bands { (sizes.centers - 1).max(2) * sizes.features() * 12 } else { 0 };
-        let whole = frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(of_bands);
+        let of_clusters = if clusters.is_some() { sizes.motions * sizes.handles * 4 } else { 0 };
+        let whole = frame_bytes.max(bytes_of_rows).max(sizes.edges * 8).max(of_bands).max(of_clusters);
         if whole > limit {
             return Err(unsupported("bytes in one buffer binding", whole, limit));
         }
@@ -143,7 +159,9 @@ impl Plan {
             .map_or(0, |rotations| rig.handles().points[rotations.center()].nearest_vertex().0);
         let mut plan = Self {
             sizes,
-            fp16_basis,
+            storage: options.basis,
+            basis_rows: basis_rows(&sizes, clusters.as_deref()),
+            clusters,
             handle_rest: rig.handles().rest.clone(),
             rotations,
             center,
@@ -205,7 +223,6 @@ impl Plan {
     fn bytes_of(&self, buffer: Buffer, part: &Range<usize>, frames: usize) -> usize {
         let Sizes { vertices, handles, edges, centers, .. } = self.sizes;
         let (tiles, tiled) = (part.len().div_ceil(TILE), part.len().next_multiple_of(TILE));
-        let basis_bytes = if self.fp16_basis { 2 } else { 4 };
         match buffer {
             Buffer::Rest => vertices * 12,
             Buffer::HandleRest => handles * 12,
@@ -213,7 +230,10 @@ impl Plan {
             Buffer::RestLengths => edges * 4,
             Buffer::PoseFeatures => centers * edges * 4,
             Buffer::TangentNeighbors => vertices * 4,
-            Buffer::Basis => tiled * handles * basis_bytes,
+            Buffer::Basis => rows(&self.basis_rows, part, 2).len() * TILE * entry_bytes(self.storage),
+            Buffer::BasisRows => (2 * tiles + 1) * 4,
+            Buffer::ClusterBasis => self.sizes.motions * handles * 4,
+            Buffer::ClusterMotions => frames * self.sizes.vectors * self.sizes.motions * 16,
             Buffer::InfluenceOffsets => (2 * tiles + 1) * 4,
             Buffer::FanOffsets => (tiles + 1) * 4,
             Buffer::Influences => rows(&self.influence_offsets, part, 2).len() * 4,
@@ -224,7 +244,9 @@ impl Plan {
             Buffer::Pivots => tiled * 4,
             Buffer::FeatureLengths | Buffer::FeatureLimits => self.sizes.features() * 4,
             Buffer::ExampleVectors => (centers - 1) * self.sizes.features() * 12,
-            Buffer::ExampleWeights => tiled * (centers - 1) * if self.fp16_basis { 6 } else { 12 },
+            Buffer::ExampleWeights => {
+                tiled * (centers - 1) * if self.storage == BasisStorage::F16 { 6 } else { 12 }
+            }
             Buffer::WrinkleWeights => tiled * self.sizes.wrinkle_weights() * 12,
             Buffer::SquaredVectorDifferences => frames * self.sizes.vector_table_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
@@ -296,14 +318,18 @@ impl Plan {
                 let entry = kernel.entry();
                 // These are never split.
                 let (edges, features) = (0..self.sizes.edges, 0..self.sizes.features());
+                let rows = 0..self.sizes.motions;
                 let parts = match entry.each {
                     Each::StrainEdge => std::slice::from_ref(&edges),
                     Each::Feature => std::slice::from_ref(&features),
+                    Each::ClusterRow => std::slice::from_ref(&rows),
                     Each::Vertex => &self.parts[..],
                 };
                 // Where the handles turn, the code that sums four frames sums the four vectors of one frame.
-                let turns = kernel == Kernel::LargeScale && self.sizes.vectors == MOTION;
-                let of_frame = if turns { MOTION as u32 } else { 1 };
+                let of_frame = match kernel {
+                    Kernel::LargeScale | Kernel::Clusters => self.sizes.vectors as u32,
+                    _ => 1,
+                };
                 let frames_at_once = if entry.batched && of_frame * frames > 1 { FRAMES_AT_ONCE } else { 1 };
                 for part in parts.iter().filter(|part| !part.is_empty()) {
                     let buffers = entry.bindings.iter();
@@ -336,9 +362,10 @@ impl Plan {
 
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
-        let Sizes { vertices, handles, edges, centers, bands, vector_wrinkles, vectors, .. } = self.sizes;
-        let [vertices, handles, strain_edges, centers, features] =
-            [vertices, handles, edges, centers, self.sizes.features()].map(|n| n as u32);
+        let Sizes { vertices, handles, motions, edges, centers, bands, vector_wrinkles, vectors, .. } =
+            self.sizes;
+        let [vertices, handles, motions, strain_edges, centers, features] =
+            [vertices, handles, motions, edges, centers, self.sizes.features()].map(|n| n as u32);
         let (first_vertex, part_vertices) = (part.start as u32, part.len() as u32);
         match kernel {
             Kernel::Strain => words(&strain::Params { frames, handles, strain_edges }),
@@ -352,19 +379,26 @@ impl Plan {
                 part_vertices,
                 features,
                 centers,
-                fp16: u32::from(self.fp16_basis),
+                fp16: u32::from(self.storage == BasisStorage::F16),
                 wrinkles: u32::from(vector_wrinkles),
             }),
             Kernel::Beyond => {
                 words(&beyond::Params { frames, vertices, first_vertex, part_vertices, features })
+            }
+            Kernel::Clusters => {
+                words(&clusters::Params { frames: frames * vectors as u32, handles, cluster_rows: motions })
             }
             Kernel::LargeScale => words(&large_scale::Params {
                 frames,
                 vertices,
                 first_vertex,
                 part_vertices,
-                handles,
-                fp16_basis: u32::from(self.fp16_basis),
+                motions,
+                basis_format: match self.storage {
+                    BasisStorage::F32 => 0,
+                    BasisStorage::F16 => 1,
+                    BasisStorage::Clustered => 2,
+                },
                 banded: u32::from(bands),
                 rotating: u32::from(vectors == MOTION),
                 center: self.center,
@@ -408,6 +442,7 @@ impl Plan {
         let Sizes { bands, vector_wrinkles, limits_basis, .. } = self.sizes;
         STEPS.into_iter().filter(move |(_, kernel)| match kernel {
             Kernel::Beyond => limits_basis,
+            Kernel::Clusters => self.clusters.is_some(),
             Kernel::VectorDifferences | Kernel::Bands => bands,
             Kernel::Differences | Kernel::Detail => !vector_wrinkles,
             _ => true,
@@ -416,7 +451,8 @@ impl Plan {
 
     /// The buffer that is bound in the place of `buffer`. The kernel `normals` runs on two pairs of buffers.
     /// Without bands, the kernel `large_scale` does not read their offsets, and another buffer is bound.
-    /// Where the handles turn, it reads motions in place of displacements.
+    /// Where the handles turn, it reads motions in place of displacements. Where the basis is in clusters, it
+    /// reads their motions.
     fn buffer_for(&self, stage: Stage, kernel: Kernel, buffer: Buffer) -> Buffer {
         match (stage, buffer) {
             (Stage::LargeScaleNormals, Buffer::Positions) => Buffer::LargeScalePositions,
@@ -424,7 +460,12 @@ impl Plan {
             (_, Buffer::BandOffsets) if kernel == Kernel::LargeScale && !self.sizes.bands => {
                 Buffer::HandleRest
             }
-            (_, Buffer::Displacements) if kernel == Kernel::LargeScale && self.rotations.is_some() => {
+            (_, Buffer::Displacements) if kernel == Kernel::LargeScale && self.clusters.is_some() => {
+                Buffer::ClusterMotions
+            }
+            (_, Buffer::Displacements)
+                if matches!(kernel, Kernel::LargeScale | Kernel::Clusters) && self.rotations.is_some() =>
+            {
                 Buffer::Motions
             }
             _ => buffer,
@@ -460,11 +501,12 @@ impl Sizes {
 }
 
 /// What can run, one after the other.
-const STEPS: [(Stage, Kernel); 10] = [
+const STEPS: [(Stage, Kernel); 11] = [
     (Stage::Strain, Kernel::Strain),
     (Stage::LargeScale, Kernel::VectorDifferences),
     (Stage::LargeScale, Kernel::Bands),
     (Stage::LargeScale, Kernel::Beyond),
+    (Stage::LargeScale, Kernel::Clusters),
     (Stage::LargeScale, Kernel::LargeScale),
     (Stage::LargeScaleNormals, Kernel::Normals),
     (Stage::Detail, Kernel::Differences),
@@ -484,6 +526,28 @@ fn parts(vertices: usize, fits: impl Fn(&Range<usize>) -> bool) -> Vec<Range<usi
         }
     }
     parts
+}
+
+/// The bytes of a number of the basis.
+fn entry_bytes(storage: BasisStorage) -> usize {
+    match storage {
+        BasisStorage::F32 => 4,
+        BasisStorage::F16 | BasisStorage::Clustered => 2,
+    }
+}
+
+/// The first row of each tile's basis and the first vector that it is multiplied by, and the end of the rows.
+fn basis_rows(sizes: &Sizes, clusters: Option<&ClusteredBasis>) -> Vec<u32> {
+    let mut rows = Vec::new();
+    let mut end = 0;
+    for tile in 0..sizes.vertices.div_ceil(TILE) {
+        let of_tile = clusters
+            .map_or(0..sizes.handles, |clusters| clusters.rows_of(tile * TILE / ClusteredBasis::VERTICES));
+        rows.extend([end, of_tile.start as u32]);
+        end += of_tile.len() as u32;
+    }
+    rows.push(end);
+    rows
 }
 
 /// The rows of a part's tiles. `offsets` has the first row of each tile for each of the `lists`.

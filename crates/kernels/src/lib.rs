@@ -25,6 +25,7 @@
 
 pub mod bands;
 pub mod beyond;
+pub mod clusters;
 pub mod detail;
 pub mod differences;
 pub mod fine_scale;

@@ -1,6 +1,7 @@
 //! The one table that every language's kernels are checked against: `cargo xtask kernels --check`.
 use crate::{
-    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, clusters, detail, differences, fine_scale, large_scale, normals, strain,
+    vector_differences,
 };
 
 /// Invocations in a workgroup, along x, of every kernel.
@@ -49,6 +50,8 @@ pub enum Each {
     StrainEdge,
     /// A result for each feature: for each strain edge, and for each handle as an anchor.
     Feature,
+    /// A result for each row of the factors of all clusters.
+    ClusterRow,
 }
 
 /// A buffer of a kernel.
@@ -72,8 +75,8 @@ pub enum Element {
     F32,
     /// `uint`, `u32`.
     U32,
-    /// Two `u32` that are read together. The basis has them: a word is an `f32` or two fp16 numbers. OpenCL
-    /// has `uint`.
+    /// Two `u32` that are read together. The basis has them: a word is an `f32`, two fp16 numbers, or two
+    /// integers of 16 bits. OpenCL has `uint`.
     U32x2,
     /// Four `f32` that are read together. OpenCL has `float`.
     F32x4,
@@ -182,7 +185,7 @@ impl Kernel {
 }
 
 use Buffer::*;
-use Each::{Feature, StrainEdge, Vertex};
+use Each::{ClusterRow, Feature, StrainEdge, Vertex};
 use Element::{F32, F32x4, U32, U32x2};
 
 buffers! {
@@ -198,8 +201,12 @@ buffers! {
     PoseFeatures = pose_features,
     /// The neighbour that orients each vertex's tangent frame.
     TangentNeighbors = tangent_neighbors,
-    /// B, in f32 or fp16.
+    /// B, in f32 or fp16; or U of its clusters, in integers of 16 bits.
     Basis = basis,
+    /// The first row of each tile's basis, and the first vector that it is multiplied by.
+    BasisRows = basis_rows,
+    /// W of the basis' clusters.
+    ClusterBasis = cluster_basis,
     /// The first row of each tile's influences, and of its anchors behind them.
     InfluenceOffsets = influence_offsets,
     /// The strain edges and the anchors that influence any of a tile's vertices.
@@ -234,6 +241,8 @@ buffers! {
     VectorExcess = vector_excess,
     /// How the handles move the surface where they turn. It is bound in the place of the displacements.
     Motions = motions,
+    /// W of the basis' clusters times the displacements, or times the motions. It is bound in their place.
+    ClusterMotions = cluster_motions,
     /// How far each frame's features are from the centres', squared.
     SquaredDifferences = squared_differences,
     /// The strains.
@@ -311,6 +320,17 @@ kernels! {
             change(BandOffsets),
         ],
     }
+    /// Displacements of the handles to what they do to each cluster of the basis.
+    Clusters = clusters {
+        each: ClusterRow,
+        at_once: 1,
+        batched: false,
+        bindings: [
+            read(ClusterBasis, F32),
+            read(Displacements, F32x4),
+            write(ClusterMotions),
+        ],
+    }
     /// Displacements of the handles to smooth positions.
     LargeScale = large_scale {
         each: Vertex,
@@ -319,6 +339,7 @@ kernels! {
         bindings: [
             read(Rest, F32),
             tiled(Basis, U32x2),
+            read(BasisRows, U32),
             read(Displacements, F32x4),
             read(BandOffsets, F32),
             write(LargeScalePositions),

@@ -2,7 +2,8 @@
 use crate::reflected::Field;
 use bytemuck::Pod;
 use rhytid_kernels::{
-    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, clusters, detail, differences, fine_scale, large_scale, normals, strain,
+    vector_differences,
 };
 use std::fmt::Debug;
 
@@ -14,6 +15,7 @@ pub(crate) fn fields(kernel: &str) -> Option<Vec<Field>> {
         "vector_differences" => fields_of::<vector_differences::Params>(),
         "bands" => fields_of::<bands::Params>(),
         "beyond" => fields_of::<beyond::Params>(),
+        "clusters" => fields_of::<clusters::Params>(),
         "normals" => fields_of::<normals::Params>(),
         "differences" => fields_of::<differences::Params>(),
         "detail" => fields_of::<detail::Params>(),

@@ -1,7 +1,6 @@
 //! The toy backend with one fault.
 use crate::toy::ToySession;
 use rhytid_conformance::reference::{Found, reference};
-use rhytid_conformance::stored;
 use rhytid_core::plan::{Dispatch, PlanLimits};
 use rhytid_core::{
     Backend, BasisStorage, DeviceErrorKind, DeviceInfo, Error, HandleFrames, Result, Rig, Session, Stage,
@@ -138,13 +137,7 @@ impl Session for FaultySession {
                 for stage in Stage::ALL {
                     self.toy.read(stage, &mut stages[stage as usize])?;
                 }
-                let handle_positions = self.positions.as_chunks::<3>().0;
-                let found = Found {
-                    rig: stored(self.rig.clone(), self.basis)?.widened(),
-                    basis: self.basis,
-                    handle_positions: handle_positions.iter().map(|p| p.map(f64::from)).collect(),
-                    stages,
-                };
+                let found = Found::new(self.rig.clone(), self.basis, &self.positions, stages)?;
                 let expected = reference(&found, stage);
                 *out = expected.iter().map(|e| (e.value + part * e.bound) as f32).collect();
             }

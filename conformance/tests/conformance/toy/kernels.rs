@@ -4,7 +4,8 @@ use rhytid_core::plan::Dispatch;
 use rhytid_kernels::table::{Access, Kernel, WORKGROUP_SIZE};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{
-    bands, beyond, detail, differences, fine_scale, large_scale, normals, strain, vector_differences,
+    bands, beyond, clusters, detail, differences, fine_scale, large_scale, normals, strain,
+    vector_differences,
 };
 use std::ops::Range;
 
@@ -36,23 +37,56 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
         }
         Kernel::LargeScale => {
             let mut params: large_scale::Params = parameters(dispatch);
-            let (vertices, handles) = (params.part_vertices as usize, params.handles as usize);
-            let basis = match params.fp16_basis {
-                0 => untiled(numbers(1), handles, vertices),
-                _ => {
-                    let fp16: &[u16] = bytemuck::cast_slice(words(1));
-                    let fp16 = untiled(fp16, handles, vertices);
-                    fp16.into_iter().map(|bits| f16::from_bits(bits).to_f32()).collect()
-                }
-            };
             // The vectors of a frame in which the handles turn are summed like four frames.
             params.frames = params.frames.min(frames / params.vectors() as u32);
-            params.part_vertices = params.part_vertices.min(invocations);
+            let end = params.part_vertices.min(invocations) as usize;
             let positions = results.as_chunks_mut().0;
+            let motions: Vec<[f32; 3]> =
+                numbers(3).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+            let all_motions = params.motions as usize;
+            // The reference has one cluster. A tile by itself is within one.
+            for (tile, rows) in words(2).windows(3).step_by(2).enumerate() {
+                let rows_here = rows[0] as usize..rows[2] as usize;
+                let first = tile * TILE;
+                let vertices = TILE.min(end.saturating_sub(first));
+                let at = rows_here.start * TILE..rows_here.end * TILE;
+                let basis: Vec<f32> = match params.basis_format {
+                    0 => numbers(1)[at].to_vec(),
+                    1 => bytemuck::cast_slice::<u32, u16>(words(1))[at]
+                        .iter()
+                        .map(|&bits| f16::from_bits(bits).to_f32())
+                        .collect(),
+                    _ => {
+                        bytemuck::cast_slice::<u32, i16>(words(1))[at].iter().map(|&c| f32::from(c)).collect()
+                    }
+                };
+                let frames = motions.chunks_exact(all_motions);
+                let of_cluster: Vec<[f32; 3]> =
+                    frames.flat_map(|frame| &frame[rows[1] as usize..][..rows_here.len()]).copied().collect();
+                let of_tile = large_scale::Params {
+                    first_vertex: params.first_vertex + first as u32,
+                    part_vertices: vertices as u32,
+                    motions: rows_here.len() as u32,
+                    ..params
+                };
+                let basis = untiled(&basis, rows_here.len(), vertices);
+                large_scale::large_scale(of_tile, vectors(0), &basis, &of_cluster, vectors(4), positions);
+            }
+        }
+        Kernel::Clusters => {
+            let mut params: clusters::Params = parameters(dispatch);
+            params.frames = params.frames.min(frames);
+            let rows = params.cluster_rows as usize;
             let displacements: Vec<[f32; 3]> =
-                numbers(2).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
-            let offsets = vectors(3);
-            large_scale::large_scale(params, vectors(0), &basis, &displacements, offsets, positions);
+                numbers(1).as_chunks::<4>().0.iter().map(|&[x, y, z, _]| [x, y, z]).collect();
+            let mut all = vec![[0.0; 3]; params.frames as usize * rows];
+            let factors = &numbers(0)[..params.handles as usize * rows];
+            clusters::clusters(params, factors, &displacements, &mut all);
+            for (i, &[x, y, z]) in all.iter().enumerate() {
+                if i % rows < invocations as usize {
+                    results[4 * i..][..4].copy_from_slice(&[x, y, z, 0.0]);
+                }
+            }
         }
         Kernel::VectorDifferences => {
             let mut params: vector_differences::Params = parameters(dispatch);

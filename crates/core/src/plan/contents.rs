@@ -1,6 +1,6 @@
 //! The contents of the planned buffers: those of a rig once, those of a batch each time.
 use super::{Buffer, Input, Limits, Plan, PlannedBuffer, Role, Sizes, Slice};
-use crate::{HandleFrames, HandleId, Rig, StrainEdgeId};
+use crate::{BasisStorage, ClusteredBasis, HandleFrames, HandleId, Rig, StrainEdgeId};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
@@ -31,7 +31,12 @@ impl Plan {
                 Cow::Borrowed(bytemuck::cast_slice(rig.fine_scale().pose_features.as_slice()))
             }
             Buffer::TangentNeighbors => Cow::Borrowed(bytemuck::cast_slice(&rig.surface().tangent_neighbors)),
-            Buffer::Basis => self.stored(rig.basis().of_rows(part), handles),
+            Buffer::Basis => match &self.clusters {
+                Some(_) => self.cluster_columns(&part),
+                None => self.stored(rig.basis().of_rows(part), handles),
+            },
+            Buffer::BasisRows => owned(&self.rows_of_tiles(&part)),
+            Buffer::ClusterBasis => owned(&self.cluster_basis()),
             Buffer::InfluenceOffsets => owned(&of_tiles(&self.influence_offsets, &part, 2)),
             Buffer::Influences => {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
@@ -72,6 +77,7 @@ impl Plan {
             | Buffer::Displacements
             | Buffer::VectorExcess
             | Buffer::Motions
+            | Buffer::ClusterMotions
             | Buffer::SquaredDifferences
             | Buffer::SquaredVectorDifferences
             | Buffer::BandOffsets
@@ -86,7 +92,7 @@ impl Plan {
 
     /// n numbers for each vertex, tiled, in the precision that the basis is stored in.
     fn stored(&self, numbers: &[f32], n: usize) -> Cow<'static, [u8]> {
-        if self.fp16_basis {
+        if self.storage == BasisStorage::F16 {
             let fp16: Vec<u16> = numbers.iter().map(|&x| f16::from_f32(x).to_bits()).collect();
             owned(&tiled(&fp16, n))
         } else {
@@ -94,10 +100,38 @@ impl Plan {
         }
     }
 
+    /// U of a part's vertices: a row of 16 numbers for each row of W of their cluster.
+    fn cluster_columns(&self, part: &Range<usize>) -> Cow<'static, [u8]> {
+        let Some(clusters) = &self.clusters else { return Cow::Borrowed(&[]) };
+        let mut rows: Vec<[i16; TILE]> = Vec::new();
+        for tile in part.start / TILE..part.end.div_ceil(TILE) {
+            let first = tile * TILE;
+            for column in &clusters.clusters()[first / ClusteredBasis::VERTICES].columns {
+                let column = &column[first % ClusteredBasis::VERTICES..];
+                rows.push(std::array::from_fn(|lane| column.get(lane).copied().unwrap_or(0)));
+            }
+        }
+        owned(&rows)
+    }
+
+    /// W of all clusters, H×R.
+    fn cluster_basis(&self) -> Vec<f32> {
+        let Some(clusters) = &self.clusters else { return Vec::new() };
+        let rows = clusters.handle_factors();
+        (0..self.sizes.handles).flat_map(|h| rows.rows().map(move |row| row[h])).collect()
+    }
+
+    /// The rows of a part's tiles, counted from the part's first one.
+    fn rows_of_tiles(&self, part: &Range<usize>) -> Vec<u32> {
+        let rows = &self.basis_rows[2 * (part.start / TILE)..=2 * part.end.div_ceil(TILE)];
+        let counted = |(i, row): (usize, &u32)| if i % 2 == 0 { row - rows[0] } else { *row };
+        rows.iter().enumerate().map(counted).collect()
+    }
+
     /// The weights of a part's wrinkles, computed from the example weights as they are stored.
     fn wrinkle_weights(&self, rig: &Rig, part: Range<usize>) -> Cow<'static, [u8]> {
         let mut half = rig.half_example_weights();
-        if self.fp16_basis {
+        if self.storage == BasisStorage::F16 {
             half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
         }
         let all = rig.wrinkle_weights(&half);

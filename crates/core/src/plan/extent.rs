@@ -27,8 +27,10 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::FeatureLengths
         | Buffer::ExampleVectors
         | Buffer::FeatureLimits
+        | Buffer::ClusterBasis
         | Buffer::TangentNeighbors => Extent::Rig,
         Buffer::Basis
+        | Buffer::BasisRows
         | Buffer::InfluenceOffsets
         | Buffer::Influences
         | Buffer::InfluenceWeights
@@ -42,9 +44,10 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         Buffer::HandlePositions | Buffer::Displacements | Buffer::VectorExcess | Buffer::Motions => {
             Extent::Input
         }
-        Buffer::SquaredDifferences | Buffer::SquaredVectorDifferences | Buffer::BandOffsets => {
-            Extent::Scratch
-        }
+        Buffer::SquaredDifferences
+        | Buffer::SquaredVectorDifferences
+        | Buffer::BandOffsets
+        | Buffer::ClusterMotions => Extent::Scratch,
         Buffer::Features => Extent::Result(Stage::Strain),
         Buffer::LargeScalePositions => Extent::Result(Stage::LargeScale),
         Buffer::LargeScaleNormals => Extent::Result(Stage::LargeScaleNormals),

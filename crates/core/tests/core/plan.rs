@@ -69,22 +69,28 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
     let without_detail: Vec<Stage> = Stage::ALL.into_iter().filter(|stage| *stage != Stage::Detail).collect();
     // Nothing is made for kernels that do not run: the bands in the chapter's method, and the detail where
     // the bands have the wrinkles.
-    for (rig, kernels, buffers, in_order) in [
-        (vectors.clone(), 8, 28, &without_detail[..]),
-        (lengths, 10, 32, &Stage::ALL[..]),
+    let dense = UploadOptions::frames(31);
+    let clustered = UploadOptions { basis: BasisStorage::Clustered, ..dense };
+    for (rig, options, kernels, buffers, in_order) in [
+        (vectors.clone(), dense, 8, 29, &without_detail[..]),
+        (lengths, dense, 10, 33, &Stage::ALL[..]),
         // Without a limit, nothing is taken back.
-        (without_limit, 7, 26, &without_detail[..]),
+        (without_limit, dense, 7, 27, &without_detail[..]),
         // Where handles turn, only the bands read displacements.
-        (turning(&vectors), 8, 29, &without_detail[..]),
-        (turning(&chapter), 7, 23, &Stage::ALL[..]),
-        (chapter, 7, 23, &Stage::ALL[..]),
+        (turning(&vectors), dense, 8, 30, &without_detail[..]),
+        (turning(&chapter), dense, 7, 24, &Stage::ALL[..]),
+        (chapter.clone(), dense, 7, 24, &Stage::ALL[..]),
+        // Clusters have a factor for the handles, and motions.
+        (vectors.clone(), clustered, 9, 31, &without_detail[..]),
+        (turning(&vectors), clustered, 9, 32, &without_detail[..]),
+        (chapter, clustered, 8, 26, &Stage::ALL[..]),
     ] {
-        let plan = Plan::new(&rig, UploadOptions::frames(31), NO_LIMITS, "test:0").unwrap();
+        let plan = Plan::new(&rig, options, NO_LIMITS, "test:0").unwrap();
         assert_eq!(plan.slices(31).count(), 1);
         let dispatches = plan.dispatches(31);
         let mut stages: Vec<Stage> = dispatches.iter().map(|d| d.stage).collect();
         assert_eq!(stages.len(), kernels);
-        // Two kernels for the detail, and up to four for the large scale.
+        // Two kernels for the detail, and up to five for the large scale.
         stages.dedup();
         assert_eq!(stages, in_order);
         // Each kernel runs, and each buffer is planned, once.
@@ -107,10 +113,9 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
     for (max_binding_bytes, max_workgroups, max_frames) in
         [(1 << 14, u32::MAX, 1), (100_000, u32::MAX, 31), (1 << 20, 3, 7), (40_000, 5, 100)]
     {
-        for (rig, basis) in [&vectors, &lengths, &turning]
-            .into_iter()
-            .flat_map(|rig| [(rig, BasisStorage::F32), (rig, BasisStorage::F16)])
-        {
+        for (rig, basis) in [&vectors, &lengths, &turning].into_iter().flat_map(|rig| {
+            [BasisStorage::F32, BasisStorage::F16, BasisStorage::Clustered].map(|basis| (rig, basis))
+        }) {
             let limits = PlanLimits { max_binding_bytes, max_workgroups };
             let options = UploadOptions { max_frames, basis };
             let plan = Plan::new(rig, options, limits, "test:0");

@@ -11,6 +11,7 @@
 #define JOIN(a, b) JOINED(a, b)
 typedef JOIN(float, VERTICES) Floats;
 typedef JOIN(uint, VERTICES) Uints;
+typedef JOIN(short, VERTICES) Shorts;
 typedef union {
     Floats all;
     float of[VERTICES];
@@ -21,23 +22,29 @@ typedef struct {
     uint vertices;
     uint first_vertex;
     uint part_vertices;
-    uint handles;
-    uint fp16_basis;
+    uint motions;
+    uint basis_format;
     uint banded;
     uint rotating;
     uint center;
 } Params;
 
-// Row h of the tile of 16 vertices, for those from vertex i on; fp16 where params.fp16_basis is 1.
-static Floats basis_at(__global const uint *basis, const Params params, uint i, uint h) {
-    uint at = ((i / 16 * params.handles + h) * 16 + i % 16) / VERTICES;
-    return params.fp16_basis != 0 ? JOIN(vloada_half, VERTICES)(at, (__global const half *)basis)
-                                  : JOIN(as_float, VERTICES)(((__global const Uints *)basis)[at]);
+// A row of the basis, for the vertices from i on.
+static Floats basis_at(__global const uint *basis, const Params params, uint i, uint row) {
+    uint at = (row * 16 + i % 16) / VERTICES;
+    if (params.basis_format == 1) {
+        return JOIN(vloada_half, VERTICES)(at, (__global const half *)basis);
+    }
+    if (params.basis_format == 2) {
+        return JOIN(convert_float, VERTICES)(((__global const Shorts *)basis)[at]);
+    }
+    return JOIN(as_float, VERTICES)(((__global const Uints *)basis)[at]);
 }
 
 __kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_scale(
     __global const float *restrict rest,
     __global const uint *restrict basis,
+    __global const uint *restrict basis_rows,
     __global const float *restrict displacements,
     __global const float *restrict band_offsets,
     __global float *restrict large_scale_positions,
@@ -57,10 +64,12 @@ __kernel __attribute__((reqd_work_group_size(256 / VERTICES, 1, 1))) void large_
         y[g].all = (Floats)(0.0f);
         z[g].all = (Floats)(0.0f);
     }
-    for (uint h = 0; h < params.handles; h++) {
-        Floats b = basis_at(basis, params, i, h);
+    uint tile = 2 * (i / 16);
+    uint rows = basis_rows[tile + 2] - basis_rows[tile];
+    for (uint k = 0; k < rows; k++) {
+        Floats b = basis_at(basis, params, i, basis_rows[tile] + k);
         for (uint g = 0; g < FRAMES; g++) {
-            uint at = min(first + g, last) * params.handles + h;
+            uint at = min(first + g, last) * params.motions + basis_rows[tile + 1] + k;
             float4 u = ((__global const float4 *)displacements)[at];
             x[g].all += b * u.x;
             y[g].all += b * u.y;

@@ -9,24 +9,34 @@ layout(push_constant, std430) uniform Params {
     uint vertices;
     uint first_vertex;
     uint part_vertices;
-    uint handles;
-    uint fp16_basis;
+    uint motions;
+    uint basis_format;
     uint banded;
     uint rotating;
     uint center;
 } params;
 layout(std430, binding = 0) readonly buffer Rest { float rest[]; };
 layout(std430, binding = 1) readonly buffer Basis { uvec2 basis[]; };
-layout(std430, binding = 2) readonly buffer Displacements { vec4 displacements[]; };
-layout(std430, binding = 3) readonly buffer BandOffsets { float band_offsets[]; };
-layout(std430, binding = 4) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
+layout(std430, binding = 2) readonly buffer BasisRows { uint basis_rows[]; };
+layout(std430, binding = 3) readonly buffer Displacements { vec4 displacements[]; };
+layout(std430, binding = 4) readonly buffer BandOffsets { float band_offsets[]; };
+layout(std430, binding = 5) writeonly buffer LargeScalePositions { float large_scale_positions[]; };
 
-// Row h of the tile of 16 vertices, for the four vertices from i on; fp16 where params.fp16_basis is 1.
-vec4 basis_at(uint i, uint h) {
-    uint at = (i / 16 * params.handles + h) * 16 + i % 16;
-    if (params.fp16_basis != 0) {
+// Two integers of 16 bits with a sign.
+vec2 integers(uint pair) {
+    return vec2(bitfieldExtract(int(pair), 0, 16), bitfieldExtract(int(pair), 16, 16));
+}
+
+// A row of the basis, for the four vertices from i on.
+vec4 basis_at(uint i, uint row) {
+    uint at = row * 16 + i % 16;
+    if (params.basis_format == 1) {
         uvec2 pairs = basis[at / 4];
         return vec4(unpackHalf2x16(pairs.x), unpackHalf2x16(pairs.y));
+    }
+    if (params.basis_format == 2) {
+        uvec2 pairs = basis[at / 4];
+        return vec4(integers(pairs.x), integers(pairs.y));
     }
     return vec4(uintBitsToFloat(basis[at / 2]), uintBitsToFloat(basis[at / 2 + 1]));
 }
@@ -45,10 +55,12 @@ void main() {
         y[g] = vec4(0.0);
         z[g] = vec4(0.0);
     }
-    for (uint h = 0; h < params.handles; h++) {
-        vec4 b = basis_at(i, h);
+    uint tile = 2 * (i / 16);
+    uint rows = basis_rows[tile + 2] - basis_rows[tile];
+    for (uint k = 0; k < rows; k++) {
+        vec4 b = basis_at(i, basis_rows[tile] + k);
         for (uint g = 0; g < FRAMES; g++) {
-            vec4 u = displacements[min(first + g, last) * params.handles + h];
+            vec4 u = displacements[min(first + g, last) * params.motions + basis_rows[tile + 1] + k];
             x[g] += b * u.x;
             y[g] += b * u.y;
             z[g] += b * u.z;

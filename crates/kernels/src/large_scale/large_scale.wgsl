@@ -7,8 +7,8 @@ struct Params {
     vertices: u32,
     first_vertex: u32,
     part_vertices: u32,
-    handles: u32,
-    fp16_basis: u32,
+    motions: u32,
+    basis_format: u32,
     banded: u32,
     rotating: u32,
     center: u32,
@@ -16,17 +16,28 @@ struct Params {
 
 @group(0) @binding(0) var<storage, read> rest: array<f32>;
 @group(0) @binding(1) var<storage, read> basis: array<vec2u>;
-@group(0) @binding(2) var<storage, read> displacements: array<vec4f>;
-@group(0) @binding(3) var<storage, read> band_offsets: array<f32>;
-@group(0) @binding(4) var<storage, read_write> large_scale_positions: array<f32>;
-@group(0) @binding(5) var<uniform> params: Params;
+@group(0) @binding(2) var<storage, read> basis_rows: array<u32>;
+@group(0) @binding(3) var<storage, read> displacements: array<vec4f>;
+@group(0) @binding(4) var<storage, read> band_offsets: array<f32>;
+@group(0) @binding(5) var<storage, read_write> large_scale_positions: array<f32>;
+@group(0) @binding(6) var<uniform> params: Params;
 
-// Row h of the tile of 16 vertices, for the four vertices from i on; fp16 where params.fp16_basis is 1.
-fn basis_at(i: u32, h: u32) -> vec4f {
-    let at = (i / 16 * params.handles + h) * 16 + i % 16;
-    if params.fp16_basis != 0 {
+// Two integers of 16 bits with a sign.
+fn integers(pair: u32) -> vec2f {
+    let bits = bitcast<i32>(pair);
+    return vec2f(vec2i(extractBits(bits, 0u, 16u), extractBits(bits, 16u, 16u)));
+}
+
+// A row of the basis, for the four vertices from i on.
+fn basis_at(i: u32, row: u32) -> vec4f {
+    let at = row * 16 + i % 16;
+    if params.basis_format == 1 {
         let pairs = basis[at / 4];
         return vec4f(unpack2x16float(pairs.x), unpack2x16float(pairs.y));
+    }
+    if params.basis_format == 2 {
+        let pairs = basis[at / 4];
+        return vec4f(integers(pairs.x), integers(pairs.y));
     }
     return vec4f(bitcast<vec2f>(basis[at / 2]), bitcast<vec2f>(basis[at / 2 + 1]));
 }
@@ -41,10 +52,12 @@ fn large_scale(@builtin(global_invocation_id) id: vec3u) {
     var x: array<vec4f, 4>;
     var y: array<vec4f, 4>;
     var z: array<vec4f, 4>;
-    for (var h = 0u; h < params.handles; h++) {
-        let b = basis_at(i, h);
+    let tile = 2 * (i / 16);
+    let rows = basis_rows[tile + 2] - basis_rows[tile];
+    for (var k = 0u; k < rows; k++) {
+        let b = basis_at(i, basis_rows[tile] + k);
         for (var g = 0u; g < FRAMES; g++) {
-            let u = displacements[min(first + g, last) * params.handles + h];
+            let u = displacements[min(first + g, last) * params.motions + basis_rows[tile + 1] + k];
             x[g] += b * u.x;
             y[g] += b * u.y;
             z[g] += b * u.z;

@@ -11,11 +11,12 @@ parameter_block!(
     first_vertex,
     /// Vertices of this part.
     part_vertices,
-    /// H.
-    handles,
-    /// 1 where `basis` is stored as fp16, 0 where it is not. The reference has numbers of its own type and
-    /// ignores this.
-    fp16_basis,
+    /// Vectors that a frame's rows of the basis are multiplied by: H, or R where the basis is in clusters.
+    /// The reference has one cluster, and as many vectors as the basis has numbers of a vertex.
+    motions,
+    /// How `basis` is stored: 0 as fp32, 1 as fp16, 2 as integers of 16 bits. The reference has numbers of
+    /// its own type and ignores this.
+    basis_format,
     /// 1 where `band_offsets` are added, 0 where there are none.
     banded,
     /// 1 where the handles turn: `displacements` then has four vectors of each handle in a frame. 0 where it
@@ -37,8 +38,8 @@ impl Params {
             vertices,
             first_vertex: 0,
             part_vertices: vertices,
-            handles: handles as u32,
-            fp16_basis: 0,
+            motions: handles as u32,
+            basis_format: 0,
             banded: u32::from(banded),
             rotating: 0,
             center: 0,
@@ -69,7 +70,7 @@ pub fn large_scale<T: Real>(
     band_offsets: &[[T; 3]],
     large_scale_positions: &mut [[T; 3]],
 ) {
-    let (vertices, handles) = (params.vertices as usize, params.handles as usize);
+    let (vertices, handles) = (params.vertices as usize, params.motions as usize);
     for frame in 0..params.frames as usize {
         let of_frame = params.vectors() * handles;
         let of_frame = &displacements[frame * of_frame..][..of_frame];

@@ -3,7 +3,7 @@
 use rhytid::conformance::{Memory, stage_name};
 use rhytid::core::numbers::median;
 use rhytid::core::{DeviceInfo, DeviceKind};
-use rhytid::{Animator, BasisStorage, Result, Rig, Session, Stage, UploadOptions};
+use rhytid::{Animator, BasisStorage, ClusteredBasis, Result, Rig, Session, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -178,6 +178,10 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
         (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
     };
     let entry = if options.basis == BasisStorage::F16 { 2 } else { 4 };
+    let basis = match options.basis {
+        BasisStorage::Clustered => ClusteredBasis::new(rig).bytes().div_ceil(rig.vertices()),
+        BasisStorage::F32 | BasisStorage::F16 => entry * rig.handles().len(),
+    };
     let index = if rig.handles().strain_edges.len() <= 256 { 1 } else { 2 };
     let (position, neighbor) = (12, 4);
     let influences = (index + 4) * rig.influences().per_vertex();
@@ -189,11 +193,9 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let wrinkles = rig.vector_wrinkles();
     Stage::ALL.map(|stage| match stage {
         Stage::Strain => (4 * rig.handles().strain_edges.len()) as f64,
-        Stage::LargeScale if wrinkles => {
-            per_vertex(entry * rig.handles().len() + position + bands + detail, 0)
-        }
+        Stage::LargeScale if wrinkles => per_vertex(basis + position + bands + detail, 0),
         Stage::LargeScaleNormals | Stage::Detail if wrinkles => 0.0,
-        Stage::LargeScale => per_vertex(entry * rig.handles().len() + position + bands, position),
+        Stage::LargeScale => per_vertex(basis + position + bands, position),
         Stage::LargeScaleNormals | Stage::Normals => per_vertex(0, position),
         Stage::Detail => per_vertex(detail, 0),
         Stage::Positions => per_vertex(if wrinkles { 0 } else { neighbor }, position),

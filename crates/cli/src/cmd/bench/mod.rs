@@ -14,7 +14,7 @@ use rhytid::core::human;
 use rhytid::core::{AtomicFile, DeviceInfo, Method, rig_file};
 use rhytid::devices::{devices, find_device};
 use rhytid::formats::refuse_inputs;
-use rhytid::{BasisStorage, Error, Progress, Result, Rig, UploadOptions};
+use rhytid::{Error, Progress, Result, Rig, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;
@@ -98,7 +98,7 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         strain_edges: rig.handles().strain_edges.len(),
         influences: rig.influences().per_vertex(),
         centers: rig.centers(),
-        storage: if options.basis == BasisStorage::F16 { "f16" } else { "f32" },
+        storage: options.basis.name(),
         frames: options.max_frames,
         devices: Vec::new(),
     };
