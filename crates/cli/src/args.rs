@@ -8,6 +8,7 @@ mod fine_detail;
 mod help;
 mod judge;
 mod live;
+mod lod;
 mod pack;
 mod placing;
 mod prepare;
@@ -34,6 +35,7 @@ pub(crate) use fine_detail::FineDetail;
 pub(crate) use help::{DOCS, command};
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
 pub(crate) use live::{FramesChoice, Listen, Send};
+pub(crate) use lod::Lod;
 pub(crate) use pack::Pack;
 pub(crate) use placing::{Handles, New, Placement, TakeReading, again};
 pub(crate) use prepare::Prepare;
@@ -286,6 +288,17 @@ Examples:
   rhytid pack FACE.safetensors -o small.safetensors
   rhytid pack FACE.safetensors TAKE.csv -o small.safetensors --max-error 0.02")]
     Pack(Box<Pack>),
+
+    /// Make levels of detail: rigs on fewer vertices.
+    ///
+    /// Vertices go where the neutral, the examples and the frames of TAKE need them least. Markers are met on
+    /// every level. Each level is a rig file of its own, with a table of where it has each vertex of the
+    /// whole rig. docs/levels.md says how to use them.
+    #[command(after_help = "\
+Examples:
+  rhytid lod FACE.safetensors -o levels/
+  rhytid lod FACE.safetensors TAKE.csv --levels 4 -o levels/")]
+    Lod(Box<Lod>),
 
     /// Look at a project for everything that would hurt its solve.
     ///

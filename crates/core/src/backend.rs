@@ -75,8 +75,8 @@ pub enum BasisStorage {
     /// [`BasisStorage::largest_error`] bounds the error of the other vertices.
     F16,
     /// As the factors of a [`ClusteredBasis`]: a third of the memory for a face of 27,000 vertices, and an
-    /// eighth for one of 500,000. Markers are still met. If no handle moves by more than 30 mm, no vertex is
-    /// off by more than 0.005 mm along an axis.
+    /// eighth for one of 500,000. Markers are still met. If no handle moves by more than 30 mm, the large
+    /// scale of no vertex is off by more than 0.005 mm along an axis.
     Clustered,
 }
 

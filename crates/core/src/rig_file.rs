@@ -3,6 +3,7 @@
 //! Nothing in a file is trusted: every rig that [`read`] returns has passed [`Rig::new`].
 mod arrays;
 mod packed;
+mod points;
 
 use crate::openings::{ACROSS, LEADERS};
 use crate::{
@@ -12,6 +13,7 @@ use crate::{
 };
 use arrays::Arrays;
 pub use packed::{Packing, Roundable, Step, encode as pack, read_packing, roundable, rounded};
+pub use points::encode_points;
 use safetensors::tensor::{Dtype, SafeTensorError, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;

@@ -34,6 +34,11 @@ impl Surface {
         Some(found.closest(p))
     }
 
+    /// The closest points of the `count` closest triangles, the closest one first.
+    pub fn nearest(&self, p: DVec3, count: usize) -> impl Iterator<Item = Closest> {
+        self.tree.nearest_neighbor_iter(p.to_array()).take(count).map(move |triangle| triangle.closest(p))
+    }
+
     /// The closest point in a triangle that `suits`, no farther than `within`. Only the 256 nearest triangles
     /// are tried, so that a point among unsuitable triangles costs little.
     pub fn closest_that(&self, p: DVec3, within: f64, suits: impl Fn(usize) -> bool) -> Option<Closest> {

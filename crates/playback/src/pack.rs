@@ -1,6 +1,7 @@
 //! Packed rigs: how far the numbers of a rig may be rounded so that frames stay within a bound.
 
 use crate::Playback;
+use crate::poses::poses;
 use rhytid_core::rig_file::{self, Packing, Step};
 use rhytid_core::{DeviceInfo, Error, Progress, Result, Rig};
 use rhytid_formats::export::OutputStage;
@@ -104,43 +105,6 @@ pub fn pack(
         rig: rig_file::hash_of(rig)?,
     };
     Ok(Packed { bytes: rig_file::pack(rig, &steps, &packing)?, packing })
-}
-
-/// The poses that are compared.
-fn poses(rig: &Rig) -> Vec<[f32; 3]> {
-    let (examples, rest) = (&rig.examples().handles, &rig.handles().rest);
-    if examples.is_empty() {
-        return moved(rig);
-    }
-    let between = examples
-        .as_slice()
-        .iter()
-        .zip(rest.iter().cycle())
-        .map(|(at, rest)| std::array::from_fn(|axis| 0.5 * (at[axis] + rest[axis])));
-    examples.as_slice().iter().copied().chain(between).collect()
-}
-
-/// Poses of a rig without examples: all handles move by a hundredth of the face, along each axis, every other
-/// one back.
-fn moved(rig: &Rig) -> Vec<[f32; 3]> {
-    let rest = &rig.handles().rest;
-    let extent = |axis: usize| {
-        let [low, high] = rig
-            .surface()
-            .rest
-            .iter()
-            .fold([f32::MAX, f32::MIN], |[low, high], x| [low.min(x[axis]), high.max(x[axis])]);
-        high - low
-    };
-    let step = 0.01 * (0..3).map(extent).fold(0.0, f32::max);
-    let pose = |axis: usize| {
-        rest.iter().enumerate().map(move |(h, at)| {
-            let mut at = *at;
-            at[axis] += if h % 2 == 0 { step } else { -step };
-            at
-        })
-    };
-    (0..3).flat_map(pose).collect()
 }
 
 /// Which frames are compared.

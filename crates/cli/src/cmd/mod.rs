@@ -15,6 +15,7 @@ mod export_shapes;
 mod handles;
 mod info;
 mod listen;
+mod lod;
 mod man;
 mod new;
 mod pack;
@@ -54,6 +55,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Send(args) => send::run(args, ui)?,
         Command::Transfer(args) => transfer::run(args, ui)?,
         Command::Pack(args) => pack::run(args, ui)?,
+        Command::Lod(args) => lod::run(args, ui)?,
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),

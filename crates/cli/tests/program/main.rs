@@ -18,6 +18,8 @@ mod example_space;
 mod exports;
 mod fade_and_head;
 mod judging;
+#[cfg(feature = "wgpu")]
+mod levels;
 #[cfg(target_os = "linux")]
 mod limits;
 mod live;
@@ -27,7 +29,6 @@ mod new_project;
 mod oracles;
 mod output;
 mod outputs;
-#[cfg(feature = "wgpu")]
 mod packing;
 mod pages;
 mod placing;
