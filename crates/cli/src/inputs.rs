@@ -90,6 +90,25 @@ pub(crate) fn rig_and_take(rig: &Path, take: &Path, usage: &str) -> Result<()> {
     expect(take, &[FileKind::Take, FileKind::RawTake, FileKind::Curves], usage)
 }
 
+/// A rig and, where there is one, a take. Without a take, no option may say how it is read.
+///
+/// # Errors
+/// As [`expect`]; [`Error::Input`] for such an option.
+pub(crate) fn rig_and_any_take(
+    rig: &Path,
+    take: Option<&Path>,
+    reading: &TakeReading,
+    usage: &str,
+) -> Result<()> {
+    match take {
+        Some(take) => rig_and_take(rig, take, usage),
+        None if *reading != TakeReading::default() => Err(Error::conflict(format!(
+            "the options say how a take is read, and no take is given; the command is {usage}"
+        ))),
+        None => expect(rig, &[FileKind::Rig], usage),
+    }
+}
+
 /// A project file.
 ///
 /// # Errors

@@ -3,7 +3,7 @@
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::{human, rig_file};
-use rhytid::formats::{FileKind, refuse_inputs};
+use rhytid::formats::refuse_inputs;
 use rhytid::playback::{self, LevelOfDetail};
 use rhytid::{Error, Result, Rig};
 use serde::Serialize;
@@ -17,15 +17,7 @@ const USAGE: &str = "rhytid lod RIG [TAKE] --levels N -o FOLDER";
 /// As reading and writing. [`Error::Input`] for a rig that has no levels of detail.
 pub(super) fn run(args: &args::Lod, ui: &Ui) -> Result<()> {
     let args::Lod { rig: path, take, levels, output: folder, reading, json } = args;
-    match take {
-        Some(take) => inputs::rig_and_take(path, take, USAGE)?,
-        None if *reading != args::TakeReading::default() => {
-            return Err(Error::conflict(format!(
-                "the options say how a take is read, and no take is given; the command is {USAGE}"
-            )));
-        }
-        None => inputs::expect(path, &[FileKind::Rig], USAGE)?,
-    }
+    inputs::rig_and_any_take(path, take.as_deref(), reading, USAGE)?;
     let named: Vec<Files> = (1..=*levels).map(|number| Files::new(path, folder, number)).collect();
     let outputs: Vec<&Path> = named.iter().flat_map(|files| [&*files.rig, &*files.points]).collect();
     let read = [path].into_iter().chain(take).chain(&reading.setup);

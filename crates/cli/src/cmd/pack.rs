@@ -5,7 +5,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::human;
 use rhytid::core::rig_file::{self, Packing};
-use rhytid::formats::{FileKind, refuse_inputs};
+use rhytid::formats::refuse_inputs;
 use rhytid::playback::{self, Packed};
 use rhytid::{Error, Result, Rig};
 use serde::Serialize;
@@ -20,15 +20,7 @@ const USAGE: &str = "rhytid pack RIG [TAKE] -o SMALL.safetensors";
 /// small.
 pub(super) fn run(args: &args::Pack, ui: &Ui) -> Result<()> {
     let args::Pack { rig: path, take, output, max_error, reading, json } = args;
-    match take {
-        Some(take) => inputs::rig_and_take(path, take, USAGE)?,
-        None if *reading != args::TakeReading::default() => {
-            return Err(Error::conflict(format!(
-                "the options say how a take is read, and no take is given; the command is {USAGE}"
-            )));
-        }
-        None => inputs::expect(path, &[FileKind::Rig], USAGE)?,
-    }
+    inputs::rig_and_any_take(path, take.as_deref(), reading, USAGE)?;
     check_output(output)?;
     let read = [path].into_iter().chain(take).chain(&reading.setup);
     refuse_inputs(&[output], read.map(PathBuf::as_path))?;
