@@ -150,8 +150,10 @@ impl Plan {
         if whole > limit {
             return Err(unsupported("bytes in one buffer binding", whole, limit));
         }
-        let frames_per_slice =
-            (limit / frame_bytes).min(limits.max_workgroups as usize).min(options.max_frames);
+        // The kernel `clusters` has a row of workgroups for each vector of a handle in a frame.
+        let of_frame = if clusters.is_some() { sizes.vectors } else { 1 };
+        let most_frames = (limits.max_workgroups as usize / of_frame).max(1);
+        let frames_per_slice = (limit / frame_bytes).min(most_frames).min(options.max_frames);
 
         let rotations = Rotations::new(rig.handles()).map(Box::new);
         let center = rotations

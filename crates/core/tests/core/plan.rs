@@ -1,7 +1,7 @@
 //! The plan for a GPU covers every vertex and every frame once, and stays within the device's limits. The
 //! conformance tests check its results.
 
-use rhytid_core::plan::{Plan, PlanLimits, Role};
+use rhytid_core::plan::{Dispatch, Plan, PlanLimits, Role};
 use rhytid_core::{
     BasisStorage, DeviceErrorKind, Error, Faces, HandleFrames, NoProgress, Rig, RigParts, Stage, Table,
     UploadOptions, VertexId, WrinkleStrains,
@@ -176,6 +176,11 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
                     );
                 }
                 assert_eq!(written[1].len(), frames * handles * 4);
+
+                // Any device has more than the four workgroups that a frame needs where handles turn.
+                let dispatches = plan.dispatches(frames);
+                let fits = |dispatch: &Dispatch| dispatch.workgroups.iter().all(|&n| n <= max_workgroups);
+                assert!(max_workgroups < 4 || dispatches.iter().all(fits), "{basis:?}");
 
                 let of_vertices = Kernel::ALL.map(Kernel::entry).map(|entry| (entry.name, entry.each));
                 let runs = |name| plan.dispatches(frames).iter().any(|d| d.kernel.name() == name);
