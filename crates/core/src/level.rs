@@ -1,7 +1,8 @@
 //! A rig on fewer vertices: a level of detail.
+use crate::rig_rows::Rows;
 use crate::{
-    Contact, Error, Examples, Faces, FineScale, HandleSet, Influences, Learned, LidVertex, Materials,
-    Openings, Result, Rig, RigParts, RimFollower, RimVertex, Surface, SurfacePoint, Table, Uvs, VertexId,
+    Contact, Error, Faces, LidVertex, Materials, Openings, Result, Rig, RimFollower, RimVertex, Surface, Uvs,
+    VertexId,
 };
 use rhytid_kernels::Real;
 use std::collections::{BTreeMap, BTreeSet};
@@ -87,31 +88,9 @@ impl<T: Real> Rig<T> {
         vertices.extend(eyeballs.flat_map(|eyeball| eyeball.corners));
         let kept: Vec<VertexId> = vertices.into_iter().collect();
         let rows = Rows::new(&kept, self.vertices());
-        let influences = self.influences();
-        let parts = RigParts {
-            surface: self.level_surface(triangles, &rows),
-            handles: self.level_handles(&rows),
-            examples: Examples::clone(self.examples()),
-            bending_length: self.bending_length(),
-            basis: rows.select(self.basis()),
-            influences: Influences {
-                edges: rows.select(&influences.edges),
-                weights: rows.select(&influences.weights),
-                beta: influences.beta,
-            },
-            fine_scale: FineScale {
-                pose_features: self.fine_scale().pose_features.clone(),
-                rbf_weights: rows.select(&self.fine_scale().rbf_weights),
-            },
-            learned: self.learned().map(|learned| rows.of_learned(learned)),
-        };
+        let contact = self.learned().map(|learned| of_contact(&rows, &learned.contact));
+        let parts = rows.parts(self, self.level_surface(triangles, &rows), contact.unwrap_or_default());
         Ok(Level { rig: Rig::new(parts)?, kept })
-    }
-
-    fn level_handles(&self, rows: &Rows<'_>) -> HandleSet<T> {
-        let renamed = |point: &SurfacePoint| point.renamed(|v| rows.place(v).unwrap_or(v));
-        let handles = self.handles();
-        HandleSet { points: handles.points.iter().map(renamed).collect(), ..handles.clone() }
     }
 
     fn level_surface(&self, triangles: &[LevelTriangle], rows: &Rows<'_>) -> Surface<T> {
@@ -154,10 +133,6 @@ impl<T: Real> Rig<T> {
             let whole = rows.place(surface.tangent_neighbors[v.index()]);
             whole.unwrap_or(VertexId(beside[own].unwrap_or(own as u32)))
         };
-        let mut first: BTreeMap<u32, VertexId> = BTreeMap::new();
-        let joined = |(own, v): (usize, &VertexId)| {
-            *first.entry(surface.first(v.0)).or_insert(VertexId::from_index(own))
-        };
         Surface {
             name: surface.name.clone(),
             metres_per_unit: surface.metres_per_unit,
@@ -168,7 +143,7 @@ impl<T: Real> Rig<T> {
             triangles: own,
             rest: surface.at(rows.kept),
             tangent_neighbors: rows.kept.iter().enumerate().map(neighbor).collect(),
-            joined: surface.joined.is_some().then(|| rows.kept.iter().enumerate().map(joined).collect()),
+            joined: rows.joined(surface),
         }
     }
 }
@@ -190,84 +165,44 @@ impl Numbers {
     }
 }
 
-/// The vertices that a level keeps.
-struct Rows<'a> {
-    kept: &'a [VertexId],
-    /// V: the vertex of the level, or none.
-    places: Vec<Option<VertexId>>,
-}
-
-impl<'a> Rows<'a> {
-    fn new(kept: &'a [VertexId], vertices: usize) -> Self {
-        let mut places = vec![None; vertices];
-        kept.iter().enumerate().for_each(|(i, v)| places[v.index()] = Some(VertexId::from_index(i)));
-        Self { kept, places }
-    }
-
-    fn place(&self, v: VertexId) -> Option<VertexId> {
-        self.places[v.index()]
-    }
-
-    fn of_each<E: Copy>(&self, numbers: &[E]) -> Vec<E> {
-        self.kept.iter().map(|v| numbers[v.index()]).collect()
-    }
-
-    fn select<E: Clone>(&self, table: &Table<E>) -> Table<E> {
-        table.chosen(self.kept.iter().map(|v| v.index()))
-    }
-
-    fn of_learned<T: Real>(&self, learned: &Learned<T>) -> Learned<T> {
-        Learned {
-            anchors: self.select(&learned.anchors),
-            anchor_weights: self.select(&learned.anchor_weights),
-            feature_gains: self.select(&learned.feature_gains),
-            example_weights: self.select(&learned.example_weights),
-            variances: self.of_each(&learned.variances),
-            prior_lengths: learned.prior_lengths.clone(),
-            contact: self.of_contact(&learned.contact),
-            ..*learned
-        }
-    }
-
-    /// What touches, among the vertices that are kept. A vertex whose leader goes leads itself.
-    fn of_contact<T: Real>(&self, contact: &Contact<T>) -> Contact<T> {
-        let eyeballs = contact.eyeballs.iter().map(|eyeball| {
-            let mut own = *eyeball;
-            own.corners = eyeball.corners.map(|v| self.place(v).unwrap_or(v));
-            own
-        });
-        let lids = Kept::new(contact.lids.iter().map(|lid| self.place(lid.vertex)));
-        let rims = Kept::new(contact.openings.rims.iter().map(|rim| self.place(rim.vertex)));
-        let lid = |(own, vertex, old): (u32, VertexId, usize)| {
-            let lid = &contact.lids[old];
-            LidVertex { vertex, leader: lids.number(lid.leader).unwrap_or(own), ..*lid }
-        };
-        let rim = |(own, vertex, old): (u32, VertexId, usize)| {
-            let rim: &RimVertex<T> = &contact.openings.rims[old];
-            RimVertex { vertex, across: rim.across.map(|other| rims.number(other).unwrap_or(own)), ..*rim }
-        };
-        let follower = |follower: &RimFollower<T>| {
-            let vertex = self.place(follower.vertex)?;
-            let sum = |weights: &[T]| weights.iter().map(|weight| weight.widen()).sum::<f64>();
-            let mut own = RimFollower { vertex, ..*follower };
-            for (leader, weight) in own.leaders.iter_mut().zip(&mut own.weights) {
-                match rims.number(*leader) {
-                    Some(number) => *leader = number,
-                    None => (*leader, *weight) = (0, T::ZERO),
-                }
+/// What touches, among the vertices that are kept. A vertex whose leader goes leads itself.
+fn of_contact<T: Real>(rows: &Rows<'_>, contact: &Contact<T>) -> Contact<T> {
+    let eyeballs = contact.eyeballs.iter().map(|eyeball| {
+        let mut own = *eyeball;
+        own.corners = eyeball.corners.map(|v| rows.place(v).unwrap_or(v));
+        own
+    });
+    let lids = Kept::new(contact.lids.iter().map(|lid| rows.place(lid.vertex)));
+    let rims = Kept::new(contact.openings.rims.iter().map(|rim| rows.place(rim.vertex)));
+    let lid = |(own, vertex, old): (u32, VertexId, usize)| {
+        let lid = &contact.lids[old];
+        LidVertex { vertex, leader: lids.number(lid.leader).unwrap_or(own), ..*lid }
+    };
+    let rim = |(own, vertex, old): (u32, VertexId, usize)| {
+        let rim: &RimVertex<T> = &contact.openings.rims[old];
+        RimVertex { vertex, across: rim.across.map(|other| rims.number(other).unwrap_or(own)), ..*rim }
+    };
+    let follower = |follower: &RimFollower<T>| {
+        let vertex = rows.place(follower.vertex)?;
+        let sum = |weights: &[T]| weights.iter().map(|weight| weight.widen()).sum::<f64>();
+        let mut own = RimFollower { vertex, ..*follower };
+        for (leader, weight) in own.leaders.iter_mut().zip(&mut own.weights) {
+            match rims.number(*leader) {
+                Some(number) => *leader = number,
+                None => (*leader, *weight) = (0, T::ZERO),
             }
-            // The leaders that are kept take the weights of the others.
-            let (before, after) = (sum(&follower.weights), sum(&own.weights));
-            let factor = if after.abs() > 1e-6 { before / after } else { 0.0 };
-            own.weights = own.weights.map(|weight| T::round_from((factor * weight.widen()).clamp(-1.0, 1.0)));
-            (factor != 0.0).then_some(own)
-        };
-        let followers = contact.openings.followers.iter().filter_map(follower);
-        Contact {
-            eyeballs: eyeballs.collect(),
-            lids: lids.kept().map(lid).collect(),
-            openings: Openings { rims: rims.kept().map(rim).collect(), followers: followers.collect() },
         }
+        // The leaders that are kept take the weights of the others.
+        let (before, after) = (sum(&follower.weights), sum(&own.weights));
+        let factor = if after.abs() > 1e-6 { before / after } else { 0.0 };
+        own.weights = own.weights.map(|weight| T::round_from((factor * weight.widen()).clamp(-1.0, 1.0)));
+        (factor != 0.0).then_some(own)
+    };
+    let followers = contact.openings.followers.iter().filter_map(follower);
+    Contact {
+        eyeballs: eyeballs.collect(),
+        lids: lids.kept().map(lid).collect(),
+        openings: Openings { rims: rims.kept().map(rim).collect(), followers: followers.collect() },
     }
 }
 

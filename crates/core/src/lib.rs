@@ -55,6 +55,7 @@ mod rig;
 mod rig_check;
 pub mod rig_file;
 mod rig_part;
+mod rig_rows;
 mod rigid;
 mod rotations;
 mod steady_file;

@@ -342,6 +342,13 @@ mod tests {
             for LevelOfDetail { level, points, worst, rms, .. } in &made {
                 assert!(level.kept.is_sorted_by(|a, b| a < b) && level.kept.len() < rig.vertices());
                 assert_eq!(level.rig.handles().labels, rig.handles().labels);
+                let triangles = &level.rig.surface().triangles;
+                for v in level.rig.handles().held() {
+                    assert!(
+                        triangles.iter().flatten().any(|corner| *corner == v.0),
+                        "{v:?} is in no triangle"
+                    );
+                }
                 let (mut farthest, mut squares, mut count) = (0.0_f64, 0.0, 0);
                 let all = [&rig.handles().rest[..], &poses(&rig)].concat();
                 for pose in all.chunks(rig.handles().len()) {
