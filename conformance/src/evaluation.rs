@@ -157,7 +157,6 @@ fn add_bands<T: Real>(
         &of_frame,
         &mut table,
     );
-    let example_weights = rig.half_example_weights();
     bands::bands(
         bands::Params::whole(frames, rig.vertices(), features, centers, rig.vector_wrinkles()),
         (&table, rig.handles().strain_edges.len() as u32),
@@ -168,8 +167,7 @@ fn add_bands<T: Real>(
             anchors_per_vertex: learned.anchors_per_vertex(),
             anchors: HandleId::numbers(learned.anchors.as_slice()),
             anchor_weights: learned.anchor_weights.as_slice(),
-            wrinkle_weights: rig.wrinkle_weights(&example_weights).as_slice(),
-            example_weights: example_weights.as_slice(),
+            band_weights: rig.band_weights().as_slice(),
         },
         offsets,
         details,

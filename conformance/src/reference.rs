@@ -5,16 +5,16 @@
 use crate::distances::Distances;
 use crate::expected::Expected;
 use crate::tolerance::{self, EPSILON, TINY, TINY_HALF, gamma};
-use half::f16;
 use rayon::prelude::*;
 use rhytid_core::{BasisStorage, ClusteredBasis, Result, Rig, Stage, StrainEdgeId, Table};
+use rhytid_kernels::bands::kinds;
 use rhytid_kernels::{detail, fine_scale, vec3};
 use std::borrow::Cow;
 
 /// A case, and a device's result of each stage.
 #[derive(Debug)]
 pub struct Found {
-    /// The rig. Its basis and the weights of its linear band have the values that are stored as fp16.
+    /// The rig, with the numbers that a device keeps ([`Rig::as_stored`]).
     pub rig: Rig<f64>,
     /// How the basis is stored.
     pub basis: BasisStorage,
@@ -42,7 +42,7 @@ impl Found {
         let clusters = (basis == BasisStorage::Clustered).then(|| ClusteredBasis::new(&rig));
         let positions = handle_positions.as_chunks::<3>().0;
         Ok(Self {
-            rig: stored(rig, basis)?.widened(),
+            rig: rig.as_stored(basis)?.widened(),
             basis,
             clusters,
             handle_positions: positions.iter().map(|p| p.map(f64::from)).collect(),
@@ -192,47 +192,26 @@ fn blended(row: &[f64], u: &[[Expected; 3]], smallest: f64) -> [Expected; 3] {
     })
 }
 
-/// The rig with its basis and the weights of its linear band in the precision in which a device stores them.
-/// Factors of the basis are not the rig's.
-///
-/// # Errors
-/// [`rhytid_core::Error::Input`] if one of these numbers is too large for fp16.
-fn stored(rig: Rig, basis: BasisStorage) -> Result<Rig> {
-    let mut parts = rig.into_parts();
-    if basis == BasisStorage::F16 {
-        parts.basis = parts.basis.map(|b| f16::from_f32(*b).to_f32());
-        // Half of the number is stored.
-        let kept = |c: f32| 2.0 * f16::from_f32(0.5 * c).to_f32();
-        if let Some(learned) = &mut parts.learned {
-            learned.example_weights = learned.example_weights.map(|c| c.map(kept));
-        }
-    }
-    Rig::new(parts)
-}
-
 /// The linear band's offset for every vertex of every frame; `None` if the rig has no bands.
 fn linear_band(found: &Found) -> Option<Vec<[Expected; 3]>> {
     let rig = &found.rig;
     let distances = Distances::new(rig, &found.handle_positions)?;
-    let examples = rig.examples().names.len();
-    let half = rig.half_example_weights();
-    let constants = rig.wrinkle_weights(&half);
+    let examples = rig.examples().len();
+    let weights = rig.band_weights();
+    let kinds = kinds(rig.vector_wrinkles());
     let roundings = gamma(tolerance::bands(examples));
-    let smallest = if found.basis == BasisStorage::F16 { TINY_HALF } else { 0.0 };
     Some(of_vertices(found.frames(), rig.vertices(), |frame, v| {
         let squares = distances.squares(frame, v);
-        let (c, a) = (half.row(v), constants.row(v)[0]);
+        let (a, c) = (weights.row(v)[0], weights.row(v).iter().step_by(kinds).skip(1));
         let beyond = distances.beyond(frame, v);
         std::array::from_fn(|axis| {
             let (mut value, mut bound) = (a[axis], roundings * a[axis].abs() + TINY);
-            for (c, square) in c.iter().zip(&squares[1..]) {
+            for (c, square) in c.clone().zip(&squares[1..]) {
                 let (along, c) = (squares[0].value - square.value, c[axis]);
                 value += c * along;
-                let kept = if c.abs() < smallest { (c * along).abs() } else { 0.0 };
                 bound += (1.0 + roundings) * c.abs() * (squares[0].bound + square.bound)
                     + roundings * (c * along).abs()
-                    + (c.abs() + 1.0) * TINY
-                    + kept;
+                    + (c.abs() + 1.0) * TINY;
             }
             // A device may take it back from the position, too.
             let x = rig.surface().rest[v][axis].abs() + value.abs() + bound;

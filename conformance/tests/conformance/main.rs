@@ -13,6 +13,7 @@ mod other_data;
 mod other_topology;
 mod real_data;
 mod rotations;
+mod stored;
 #[path = "../support/mod.rs"]
 mod support;
 mod toy;

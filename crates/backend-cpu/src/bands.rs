@@ -1,16 +1,15 @@
 //! The fine detail that was learned from the examples. The squared distances of a frame's vector strains from
 //! those of the centres make the linear band, and the distances make the wrinkles.
+use crate::band_weights::BandWeights;
 use crate::beyond::Excess;
 use crate::lanes::{Lanes, load3, splat3, store3};
 use crate::lines::{GROUP, Line, Line3};
 use crate::tile_weights::{
-    CellTable, FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights, tiled3,
+    CellTable, FRAME_COLUMNS, FrameCells, GROUP_COLUMNS, GROUP_VERTICES, GroupCells, TileWeights,
 };
-use half::f16;
-use half::slice::HalfFloatSliceExt;
 use pulp::Simd;
 use rhytid_core::{BasisStorage, Rig, Stage};
-use rhytid_kernels::bands::{EDGES_SHARE, wrinkle_weights};
+use rhytid_kernels::bands::{EDGES_SHARE, kinds};
 use rhytid_kernels::tile::TILE;
 use rhytid_kernels::{Number, vec3, vector_differences};
 
@@ -30,17 +29,9 @@ pub(crate) struct Bands {
     feature_limits: Vec<f32>,
     /// ν. The indices are those of features.
     anchors: TileWeights,
-    /// c / 2, tiled, `[V/16][P][3][16]`.
-    example_weights: ExampleWeights,
-    /// a and, where there are wrinkles of vector strains, b and w, tiled, `[V/16][vectors][3][16]`.
-    wrinkle_weights: Vec<Line3>,
+    weights: BandWeights,
+    /// Whether the wrinkles are functions of vector strains.
     wrinkles: bool,
-}
-
-#[derive(Debug)]
-enum ExampleWeights {
-    F32(Vec<Line3>),
-    F16(Vec<[[f16; TILE]; 3]>),
 }
 
 /// The terms of the squared distances, in one frame or in a group of frames.
@@ -58,35 +49,22 @@ impl Bands {
     /// `None` where the rig has no bands.
     pub(crate) fn new(rig: &Rig, storage: BasisStorage) -> Option<Self> {
         let learned = rig.bands()?;
-        let (centers, wrinkles) = (rig.centers(), rig.vector_wrinkles());
-        let mut half = rig.half_example_weights();
-        if storage == BasisStorage::F16 {
-            half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
-        }
-        let example_weights = tiled3(half.as_slice(), centers - 1);
+        let wrinkles = rig.vector_wrinkles();
+        let anchors = TileWeights::new(
+            rig.vertices(),
+            learned.anchors.map(|h| rig.handles().strain_edges.len() as u32 + h.0).as_slice(),
+            learned.anchor_weights.as_slice(),
+        );
+        let narrow = storage != BasisStorage::F32 && wrinkles;
         Some(Self {
-            centers,
+            centers: rig.centers(),
             handles: rig.handles().len(),
             strain_edges: rig.handles().edge_numbers().to_vec(),
             feature_lengths: rig.handles().feature_lengths().iter().map(|&length| length as f32).collect(),
             example_vectors: rig.example_vectors().into_vec(),
             feature_limits: rig.feature_limits(),
-            anchors: TileWeights::new(
-                rig.vertices(),
-                learned.anchors.map(|h| rig.handles().strain_edges.len() as u32 + h.0).as_slice(),
-                learned.anchor_weights.as_slice(),
-            ),
-            wrinkle_weights: tiled3(
-                rig.wrinkle_weights(&half).as_slice(),
-                wrinkle_weights(centers, wrinkles),
-            ),
-            example_weights: match storage {
-                BasisStorage::F32 | BasisStorage::Clustered => ExampleWeights::F32(example_weights),
-                BasisStorage::F16 => {
-                    let halves = example_weights.iter().map(|rows| rows.map(|row| row.0.map(f16::from_f32)));
-                    ExampleWeights::F16(halves.collect())
-                }
-            },
+            anchors: if narrow { anchors.narrow() } else { anchors },
+            weights: BandWeights::new(rig, storage),
             wrinkles,
         })
     }
@@ -147,24 +125,10 @@ impl Bands {
     pub(crate) fn scratch(&self) -> Scratch {
         Scratch {
             squares: std::array::from_fn(|_| vec![Line::ZERO; self.centers]),
-            example_weights: vec![[Line::ZERO; 3]; self.centers - 1],
+            weights: vec![[Line::ZERO; 3]; kinds(self.wrinkles) * self.centers],
+            influences: Vec::new(),
+            anchors: Vec::new(),
         }
-    }
-
-    /// c / 2 of a tile, and a, b and w. Where c / 2 is fp16, it is widened into `scratch`.
-    #[inline(always)]
-    fn weights<'a>(&'a self, tile: usize, scratch: &'a mut [Line3]) -> [&'a [Line3]; 2] {
-        let of_tile = |vectors: usize| tile * vectors..(tile + 1) * vectors;
-        let range = of_tile(self.centers - 1);
-        let example_weights = match &self.example_weights {
-            ExampleWeights::F32(weights) => &weights[range],
-            ExampleWeights::F16(weights) => {
-                let halves = weights[range].as_flattened().as_flattened();
-                halves.convert_to_f32_slice(bytemuck::cast_slice_mut(scratch));
-                scratch
-            }
-        };
-        [example_weights, &self.wrinkle_weights[of_tile(wrinkle_weights(self.centers, self.wrinkles))]]
     }
 
     /// Changes the basis' result for the vertices of a tile in one frame to `stage`. A tile may have fewer
@@ -180,14 +144,15 @@ impl Bands {
         scratch: &mut Scratch,
         out: &mut [[f32; 3]],
     ) {
-        let Scratch { squares: [squares, _], example_weights } = scratch;
-        let weights = self.weights(tile, example_weights);
+        let Scratch { squares: [squares, _], weights, influences: of_edges, anchors } = scratch;
+        let weights = self.weights.tile(tile, weights);
+        let (influences, anchors) = (influences.tile(tile, of_edges), self.anchors.tile(tile, anchors));
         let (mut offsets, mut details) = ([Line::ZERO; 3], [Line::ZERO; 3]);
         for register in 0..TILE / S::F32_LANES {
-            influences.frame(simd, tile, register, table, None, squares);
-            self.anchors.frame(simd, tile, register, table, Some(EDGES_SHARE as f32), squares);
-            let vectors = weights.map(|weights| move |j: usize| load3(simd, &weights[j], register));
-            let [mut offset, detail] = self.sums(simd, register, squares, vectors);
+            influences.frame(simd, register, table, None, squares);
+            anchors.frame(simd, register, table, Some(EDGES_SHARE as f32), squares);
+            let vector = |j: usize| load3(simd, &weights[j], register);
+            let [mut offset, detail] = self.sums(simd, register, squares, vector);
             if let Some(excess) = excess {
                 offset = vec3::sub(offset, excess.of_tile(simd, tile, register));
             }
@@ -211,21 +176,23 @@ impl Bands {
         scratch: &mut Scratch,
         out: &mut [Line3],
     ) {
-        let Scratch { squares, example_weights } = scratch;
-        for (tile, out) in out.chunks_mut(TILE).enumerate() {
-            let weights = self.weights(first / TILE + tile, example_weights);
+        let Scratch { squares, weights, influences: of_edges, anchors: of_handles } = scratch;
+        for (i, out) in out.chunks_mut(TILE).enumerate() {
+            let tile = first / TILE + i;
+            let weights = self.weights.tile(tile, weights);
+            let (influences, anchors) =
+                (influences.tile(tile, of_edges), self.anchors.tile(tile, of_handles));
             for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
-                let v = first + tile * TILE + i * GROUP_VERTICES;
+                let first = i * GROUP_VERTICES;
                 for register in 0..GROUP / S::F32_LANES {
-                    influences.group(simd, v, register, table, None, squares);
-                    self.anchors.group(simd, v, register, table, Some(EDGES_SHARE as f32), squares);
+                    influences.group(simd, first, register, table, None, squares);
+                    anchors.group(simd, first, register, table, Some(EDGES_SHARE as f32), squares);
                     for (lane, (x, squares)) in out.iter_mut().zip(&*squares).enumerate() {
-                        let excess = excess.map(|excess| excess.of_vertex(simd, v + lane, register));
-                        let lane = v % TILE + lane;
-                        let vectors = weights.map(|weights| {
-                            move |j: usize| splat3(simd, &weights[j].each_ref().map(|row| row.0[lane]))
-                        });
-                        let [mut offset, detail] = self.sums(simd, register, squares, vectors);
+                        let lane = first + lane;
+                        let excess =
+                            excess.map(|excess| excess.of_vertex(simd, tile * TILE + lane, register));
+                        let vector = |j: usize| splat3(simd, &weights[j].each_ref().map(|row| row.0[lane]));
+                        let [mut offset, detail] = self.sums(simd, register, squares, vector);
                         if let Some(excess) = excess {
                             offset = vec3::sub(offset, excess);
                         }
@@ -236,27 +203,28 @@ impl Bands {
         }
     }
 
-    /// o and d from the squared distances, given c / 2 by example, and a, b and w.
+    /// o and d from the squared distances, given a and b, then c / 2 and w of each example.
     #[inline(always)]
     fn sums<S: Simd, W: Fn(usize) -> [Lanes<S>; 3]>(
         &self,
         simd: S,
         register: usize,
         squares: &[Line],
-        [example_weight, wrinkle_weight]: [W; 2],
+        weight: W,
     ) -> [[Lanes<S>; 3]; 2] {
+        let kinds = kinds(self.wrinkles);
         let at_rest = Lanes::load(simd, &squares[0].0, register);
         let root = at_rest.sqrt();
-        let mut offset = wrinkle_weight(0);
-        let mut detail = if self.wrinkles { wrinkle_weight(1) } else { [Lanes::splat(simd, 0.0); 3] };
-        for (p, squared) in squares[1..].iter().enumerate() {
+        let mut offset = weight(0);
+        let mut detail = if self.wrinkles { weight(1) } else { [Lanes::splat(simd, 0.0); 3] };
+        for (j, squared) in squares.iter().enumerate().skip(1) {
             let squared = Lanes::load(simd, &squared.0, register);
-            let (along, c) = (at_rest - squared, example_weight(p));
+            let (along, c) = (at_rest - squared, weight(kinds * j));
             for axis in 0..3 {
                 offset[axis] = c[axis].mul_add(along, offset[axis]);
             }
             if self.wrinkles {
-                let (farther, w) = (squared.sqrt() - root, wrinkle_weight(p + 2));
+                let (farther, w) = (squared.sqrt() - root, weight(kinds * j + 1));
                 for axis in 0..3 {
                     detail[axis] = w[axis].mul_add(farther, detail[axis]);
                 }
@@ -283,6 +251,8 @@ pub(crate) struct Scratch {
     /// The squared distances. In one frame, only the first is used, for a tile's vertices. In a group there
     /// is one for each of [`GROUP_VERTICES`] vertices.
     squares: [Vec<Line>; GROUP_VERTICES],
-    /// c / 2 of a tile.
-    example_weights: Vec<Line3>,
+    /// The weights of a tile, of its strain edges and of its anchors, where they are kept in 16 bits.
+    weights: Vec<Line3>,
+    influences: Vec<Line>,
+    anchors: Vec<Line>,
 }

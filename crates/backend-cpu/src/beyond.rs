@@ -59,8 +59,9 @@ impl Excess<'_, f32> {
     #[inline(always)]
     pub(crate) fn of_tile<S: Simd>(&self, simd: S, tile: usize, register: usize) -> [Lanes<S>; 3] {
         let mut sums = [Lanes::splat(simd, 0.0); 3];
-        let (features, gains) = self.gains.at(tile);
-        for (feature, gains) in features.iter().zip(gains) {
+        let mut widened = Vec::new();
+        let rows = self.gains.tile(tile, &mut widened);
+        for (feature, gains) in rows.indices.iter().zip(rows.weights) {
             if let Some(excess) = self.of_features[*feature as usize] {
                 let gains = Lanes::load(simd, &gains.0, register);
                 (0..3).for_each(|c| sums[c] = gains.mul_add(Lanes::splat(simd, excess[c]), sums[c]));
@@ -75,8 +76,9 @@ impl Excess<'_, Line> {
     #[inline(always)]
     pub(crate) fn of_vertex<S: Simd>(&self, simd: S, v: usize, register: usize) -> [Lanes<S>; 3] {
         let mut sums = [Lanes::splat(simd, 0.0); 3];
-        let (features, gains) = self.gains.at(v / TILE);
-        for (feature, gains) in features.iter().zip(gains) {
+        let mut widened = Vec::new();
+        let rows = self.gains.tile(v / TILE, &mut widened);
+        for (feature, gains) in rows.indices.iter().zip(rows.weights) {
             if let Some(excess) = &self.of_features[*feature as usize] {
                 let gain = Lanes::splat(simd, gains.0[v % TILE]);
                 (0..3).for_each(|c| {

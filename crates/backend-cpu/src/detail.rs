@@ -103,9 +103,11 @@ impl Detail {
         distances: &mut [Line],
     ) -> Line3 {
         let weights = self.weights(tile);
+        let mut widened = Vec::new();
+        let influences = influences.tile(tile, &mut widened);
         let mut d = [Line::ZERO; 3];
         for register in 0..TILE / S::F32_LANES {
-            influences.frame(simd, tile, register, table, None, distances);
+            influences.frame(simd, register, table, None, distances);
             for r in distances.iter_mut() {
                 Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
             }
@@ -148,8 +150,10 @@ impl Detail {
     ) {
         for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
             let v = first + i * GROUP_VERTICES;
+            let mut widened = Vec::new();
+            let influences = influences.tile(v / TILE, &mut widened);
             for register in 0..GROUP / S::F32_LANES {
-                influences.group(simd, v, register, table, None, distances);
+                influences.group(simd, v % TILE, register, table, None, distances);
                 for r in distances.iter_mut().flatten() {
                     Lanes::load(simd, &r.0, register).sqrt().store(&mut r.0, register);
                 }

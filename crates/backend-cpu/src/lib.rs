@@ -20,6 +20,7 @@
 //! ```
 #![forbid(unsafe_code)]
 
+mod band_weights;
 mod bands;
 mod beyond;
 mod blocks;

@@ -8,6 +8,7 @@ use crate::lanes::Lanes;
 use crate::lines::{Line, Line3};
 use pulp::Simd;
 use rhytid_kernels::Number;
+use rhytid_kernels::bands::{bits_of_weight, weight_of_bits};
 use rhytid_kernels::differences::CENTERS_AT_ONCE;
 use rhytid_kernels::tile::{TILE, tile_influences};
 use std::slice::ChunksExact;
@@ -50,8 +51,21 @@ pub(crate) struct TileWeights {
     first: Vec<usize>,
     /// Ascending in each tile.
     indices: Vec<u32>,
-    /// A row for each index. Zero where a vertex has no weight.
-    weights: Vec<Line>,
+    rows: Rows,
+}
+
+/// A row for each index. A weight is zero where a vertex has none.
+#[derive(Debug)]
+enum Rows {
+    F32(Vec<Line>),
+    /// [`bits_of_weight`].
+    Bits(Vec<[u16; TILE]>),
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        Self::F32(Vec::new())
+    }
 }
 
 impl TileWeights {
@@ -59,30 +73,61 @@ impl TileWeights {
     pub(crate) fn new(vertices: usize, indices: &[u32], weights: &[f32]) -> Self {
         let per_vertex = indices.len().checked_div(vertices).unwrap_or(0);
         let mut all = Self { first: vec![0], ..Self::default() };
+        let mut rows = Vec::new();
         for first in (0..vertices).step_by(TILE) {
             let here = first * per_vertex..(first + TILE).min(vertices) * per_vertex;
             let (indices, weights) = tile_influences(per_vertex, &indices[here.clone()], &weights[here]);
             all.indices.extend(indices);
-            all.weights.extend(weights.into_iter().map(Line));
+            rows.extend(weights.into_iter().map(Line));
             all.first.push(all.indices.len());
         }
+        all.rows = Rows::F32(rows);
         all
     }
 
-    /// A tile's indices, and a row of weights for each.
-    #[inline(always)]
-    pub(crate) fn at(&self, tile: usize) -> (&[u32], &[Line]) {
-        let range = self.first[tile]..self.first[tile + 1];
-        (&self.indices[range.clone()], &self.weights[range])
+    /// The same with weights of 16 bits.
+    pub(crate) fn narrow(mut self) -> Self {
+        if let Rows::F32(rows) = self.rows {
+            self.rows = Rows::Bits(rows.iter().map(|row| row.0.map(bits_of_weight)).collect());
+        }
+        self
     }
 
+    /// The rows of a tile. `scratch` is used where weights have 16 bits.
+    #[inline(always)]
+    pub(crate) fn tile<'a>(&'a self, tile: usize, scratch: &'a mut Vec<Line>) -> TileRows<'a> {
+        let range = self.first[tile]..self.first[tile + 1];
+        let indices = &self.indices[range.clone()];
+        let weights = match &self.rows {
+            Rows::F32(rows) => &rows[range],
+            Rows::Bits(rows) => {
+                if scratch.len() < range.len() {
+                    scratch.resize(range.len(), Line::ZERO);
+                }
+                for (out, row) in scratch.iter_mut().zip(&rows[range]) {
+                    out.0.iter_mut().zip(row).for_each(|(out, bits)| *out = weight_of_bits(*bits));
+                }
+                &scratch[..indices.len()]
+            }
+        };
+        TileRows { indices, weights }
+    }
+}
+
+/// The rows of a tile: indices, and a row of weights for each.
+#[derive(Clone, Copy)]
+pub(crate) struct TileRows<'a> {
+    pub indices: &'a [u32],
+    pub weights: &'a [Line],
+}
+
+impl TileRows<'_> {
     /// The sums of a tile in one frame, with a register of a line for each column. They begin with `start`
     /// times `sums`, or with 0.
     #[inline(always)]
     pub(crate) fn frame<S: Simd>(
         &self,
         simd: S,
-        tile: usize,
         register: usize,
         table: &CellTable<FrameCells>,
         start: Option<f32>,
@@ -90,14 +135,14 @@ impl TileWeights {
     ) {
         for (sums, table) in sums.chunks_mut(FRAME_COLUMNS).zip(table.columns()) {
             match sums.len() {
-                1 => self.frame_columns::<S, 1>(simd, tile, register, table, start, sums),
-                2 => self.frame_columns::<S, 2>(simd, tile, register, table, start, sums),
-                3 => self.frame_columns::<S, 3>(simd, tile, register, table, start, sums),
-                4 => self.frame_columns::<S, 4>(simd, tile, register, table, start, sums),
-                5 => self.frame_columns::<S, 5>(simd, tile, register, table, start, sums),
-                6 => self.frame_columns::<S, 6>(simd, tile, register, table, start, sums),
-                7 => self.frame_columns::<S, 7>(simd, tile, register, table, start, sums),
-                _ => self.frame_columns::<S, FRAME_COLUMNS>(simd, tile, register, table, start, sums),
+                1 => self.frame_columns::<S, 1>(simd, register, table, start, sums),
+                2 => self.frame_columns::<S, 2>(simd, register, table, start, sums),
+                3 => self.frame_columns::<S, 3>(simd, register, table, start, sums),
+                4 => self.frame_columns::<S, 4>(simd, register, table, start, sums),
+                5 => self.frame_columns::<S, 5>(simd, register, table, start, sums),
+                6 => self.frame_columns::<S, 6>(simd, register, table, start, sums),
+                7 => self.frame_columns::<S, 7>(simd, register, table, start, sums),
+                _ => self.frame_columns::<S, FRAME_COLUMNS>(simd, register, table, start, sums),
             }
         }
     }
@@ -107,20 +152,18 @@ impl TileWeights {
     fn frame_columns<S: Simd, const N: usize>(
         &self,
         simd: S,
-        tile: usize,
         register: usize,
         table: &[FrameCells],
         start: Option<f32>,
         sums: &mut [Line],
     ) {
-        let (indices, weights) = self.at(tile);
         let mut all = [Lanes::splat(simd, 0.0); N];
         if let Some(start) = start {
             for j in 0..N {
                 all[j] = Lanes::splat(simd, start) * Lanes::load(simd, &sums[j].0, register);
             }
         }
-        for (i, weight) in indices.iter().zip(weights) {
+        for (i, weight) in self.indices.iter().zip(self.weights) {
             let cells = &table[*i as usize];
             let weight = Lanes::load(simd, &weight.0, register);
             for j in 0..N {
@@ -132,12 +175,12 @@ impl TileWeights {
         }
     }
 
-    /// The sums of [`GROUP_VERTICES`] vertices from `v` on, in some frames of a group.
+    /// The sums of [`GROUP_VERTICES`] vertices from `lane` of the tile on, in some frames of a group.
     #[inline(always)]
     pub(crate) fn group<S: Simd>(
         &self,
         simd: S,
-        v: usize,
+        lane: usize,
         register: usize,
         table: &CellTable<GroupCells>,
         start: Option<f32>,
@@ -146,10 +189,10 @@ impl TileWeights {
         for (chunk, table) in table.columns().enumerate() {
             let sums = sums.each_mut().map(|sums| &mut sums[chunk * GROUP_COLUMNS..]);
             match sums[0].len() {
-                1 => self.group_columns::<S, 1>(simd, v, register, table, start, sums),
-                2 => self.group_columns::<S, 2>(simd, v, register, table, start, sums),
-                3 => self.group_columns::<S, 3>(simd, v, register, table, start, sums),
-                _ => self.group_columns::<S, GROUP_COLUMNS>(simd, v, register, table, start, sums),
+                1 => self.group_columns::<S, 1>(simd, lane, register, table, start, sums),
+                2 => self.group_columns::<S, 2>(simd, lane, register, table, start, sums),
+                3 => self.group_columns::<S, 3>(simd, lane, register, table, start, sums),
+                _ => self.group_columns::<S, GROUP_COLUMNS>(simd, lane, register, table, start, sums),
             }
         }
     }
@@ -159,30 +202,29 @@ impl TileWeights {
     fn group_columns<S: Simd, const N: usize>(
         &self,
         simd: S,
-        v: usize,
+        lane: usize,
         register: usize,
         table: &[GroupCells],
         start: Option<f32>,
         sums: [&mut [Line]; GROUP_VERTICES],
     ) {
-        let (indices, weights) = self.at(v / TILE);
         let mut all = [[Lanes::splat(simd, 0.0); N]; GROUP_VERTICES];
         if let Some(start) = start {
-            for lane in 0..GROUP_VERTICES {
+            for i in 0..GROUP_VERTICES {
                 for j in 0..N {
-                    let sum = Lanes::load(simd, &sums[lane][j].0, register);
-                    all[lane][j] = Lanes::splat(simd, start) * sum;
+                    let sum = Lanes::load(simd, &sums[i][j].0, register);
+                    all[i][j] = Lanes::splat(simd, start) * sum;
                 }
             }
         }
-        for (i, weights) in indices.iter().zip(weights) {
+        for (i, weights) in self.indices.iter().zip(self.weights) {
             let cells = &table[*i as usize];
             let (weights, _) = weights.0.as_chunks::<GROUP_VERTICES>();
-            let weights = &weights[v % TILE / GROUP_VERTICES];
+            let weights = &weights[lane / GROUP_VERTICES];
             for j in 0..N {
                 let cells = Lanes::load(simd, &cells[j].0, register);
-                for lane in 0..GROUP_VERTICES {
-                    all[lane][j] = Lanes::splat(simd, weights[lane]).mul_add(cells, all[lane][j]);
+                for i in 0..GROUP_VERTICES {
+                    all[i][j] = Lanes::splat(simd, weights[i]).mul_add(cells, all[i][j]);
                 }
             }
         }

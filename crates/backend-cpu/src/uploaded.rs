@@ -52,6 +52,12 @@ impl UploadedRig {
         let vertex_triangles = rig.surface().vertex_triangles();
         let tangent_neighbors = VertexId::numbers(&rig.surface().tangent_neighbors);
         let rotations = Rotations::new(rig.handles());
+        let influences = TileWeights::new(
+            vertices,
+            StrainEdgeId::numbers(rig.influences().edges.as_slice()),
+            rig.influences().weights.as_slice(),
+        );
+        let narrow = storage != BasisStorage::F32 && rig.vector_wrinkles();
         let center = rotations
             .as_ref()
             .map_or(0, |rotations| rig.handles().points[rotations.center()].nearest_vertex().index());
@@ -61,11 +67,7 @@ impl UploadedRig {
             basis: Basis::new(rig, storage),
             rotations,
             center,
-            influences: TileWeights::new(
-                vertices,
-                StrainEdgeId::numbers(rig.influences().edges.as_slice()),
-                rig.influences().weights.as_slice(),
-            ),
+            influences: if narrow { influences.narrow() } else { influences },
             bands: Bands::new(rig, storage),
             beyond: Beyond::new(rig),
             detail: Detail::new(rig),

@@ -35,18 +35,6 @@ impl<S: Session> Animator<S> {
                 rig.basis().as_slice()[i]
             )));
         }
-        let c =
-            rig.learned().into_iter().flat_map(|learned| learned.example_weights.as_slice().as_flattened());
-        if options.basis == BasisStorage::F16
-            && let Some((i, c)) = c.enumerate().find(|(_, c)| 0.5 * c.abs() > LARGEST_FP16)
-        {
-            return Err(Error::out_of_range(format!(
-                "the linear band of vertex {} has the weight {c}, expected at most {} in size, because its \
-                 half is stored as fp16; store it as f32",
-                i / (3 * rig.examples().len()),
-                2.0 * LARGEST_FP16
-            )));
-        }
         let session = backend.upload(rig, options)?;
         Ok(Self { session, handles: rig.handles().len(), max_frames, evaluated: false })
     }

@@ -1,9 +1,8 @@
 //! The traits by which any device evaluates a rig, and the description of a device.
 use crate::listed::listed;
-use crate::{Animator, ClusteredBasis, Result, Rig, Table};
+use crate::{Animator, ClusteredBasis, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
-use rhytid_kernels::bands;
 use std::time::Duration;
 
 listed! {
@@ -70,13 +69,14 @@ pub enum BasisStorage {
     /// As the rig has it, fp32.
     #[default]
     F32,
-    /// Rounded to the nearest fp16 number: half the memory and half the traffic. The weights of the linear
-    /// band are rounded too. The rows of handles stay exact, so markers are still met.
+    /// Rounded to the nearest fp16 number: half the memory and half the traffic. The rows of handles stay
+    /// exact, so markers are still met. The weights of the bands have 16 bits, too.
     /// [`BasisStorage::largest_error`] bounds the error of the other vertices.
     F16,
     /// As the factors of a [`ClusteredBasis`]: a third of the memory for a face of 27,000 vertices, and an
-    /// eighth for one of 500,000. Markers are still met. If no handle moves by more than 30 mm, the large
-    /// scale of no vertex is off by more than 0.005 mm along an axis.
+    /// eighth for one of 500,000. Markers are still met. If no handle moves by more than 30 mm, the basis
+    /// moves no vertex by more than 0.005 mm too far along an axis. The weights of the bands have 16 bits,
+    /// too.
     Clustered,
 }
 
@@ -90,43 +90,25 @@ impl BasisStorage {
         }
     }
 
-    /// A bound of how far rounding moves any vertex along an axis, as a part of the largest displacement of a
-    /// handle. Rounded are the basis of `rig` and, where the rig has a linear band, c. The bound is `max_v
-    /// (Σ_h |B_vh − B'_vh| + Σ_p |c_vp − c'_vp| Σ_e ω_ve |E_pe|)`. B' and c' are the stored numbers. |E_pe|
-    /// is the largest product of D_pe with feature e of a frame whose displacements are at most 1. Where
-    /// handles turn, vertices move more, and the rounding moves them more too: the bound leaves this out. 0
-    /// for [`BasisStorage::F32`].
+    /// A bound of how far what a device keeps moves any vertex of `rig` along an axis, as a part of the
+    /// largest displacement of a handle. Counted are the basis and, where the wrinkles are functions of
+    /// vector strains, the weights of the bands ([`Rig::as_stored`]). Where handles turn, vertices move more,
+    /// and so do the errors: the bound leaves this out. 0 for [`BasisStorage::F32`].
     pub fn largest_error(self, rig: &Rig) -> f64 {
-        match self {
+        let of_rows: Vec<f64> = match self {
             Self::F32 => return 0.0,
-            Self::Clustered => return ClusteredBasis::new(rig).largest_error(),
-            Self::F16 => {}
-        }
-        let error = |x: &f32| f64::from((x - f16::from_f32(*x).to_f32()).abs());
-        let of_rows: Vec<f64> = rig.basis().par_rows().map(|row| row.iter().map(error).sum()).collect();
-        let Some(learned) = rig.learned().filter(|learned| !learned.example_weights.is_empty()) else {
-            return of_rows.into_iter().fold(0.0, f64::max);
+            Self::F16 => {
+                let error = |x: &f32| f64::from((x - f16::from_f32(*x).to_f32()).abs());
+                rig.basis().par_rows().map(|row| row.iter().map(error).sum()).collect()
+            }
+            Self::Clustered => {
+                let basis = ClusteredBasis::new(rig);
+                let cluster = |v: usize| &basis.clusters()[v / ClusteredBasis::VERTICES];
+                (0..rig.vertices()).map(|v| cluster(v).largest_error).collect()
+            }
         };
-        let (features, edges) = (rig.handles().features(), rig.handles().strain_edges.len());
-        let length = |e: &[f32; 3]| e.iter().map(|&x| f64::from(x).powi(2)).sum::<f64>().sqrt();
-        // The two ends of a strain edge can move apart by twice as much as either moves.
-        let ends = |e: usize| if e < edges { 2.0 } else { 1.0 };
-        let vectors = rig.example_vectors();
-        let lengths = rig.handles().feature_lengths();
-        let of_feature = |(e, d)| ends(e) * length(d) / lengths[e];
-        let most: Vec<f64> = vectors.rows().flat_map(|row| row.iter().enumerate().map(of_feature)).collect();
-        let most = Table::new(rig.examples().len(), features, most);
-        let of_vertex = |(v, of_row): (usize, &f64)| {
-            let c = learned.example_weights.row(v).iter().zip(most.rows());
-            let of_band = c.map(|(c, most)| {
-                let of_edges = rig.influences().at(v).map(|(e, alpha)| f64::from(alpha) * most[e.index()]);
-                let of_anchors = learned.anchors_of(v).map(|(h, nu)| f64::from(nu) * most[edges + h.index()]);
-                let kappa = bands::EDGES_SHARE * of_edges.sum::<f64>() + of_anchors.sum::<f64>();
-                c.iter().map(error).fold(0.0, f64::max) * kappa
-            });
-            of_row + of_band.sum::<f64>()
-        };
-        of_rows.par_iter().enumerate().map(of_vertex).reduce(|| 0.0, f64::max)
+        let sums = of_rows.iter().zip(rig.errors_of_bands(self)).map(|(of_row, of_bands)| of_row + of_bands);
+        sums.fold(0.0, f64::max)
     }
 }
 

@@ -3,6 +3,7 @@
 //! The basis is smooth: neighbouring vertices move almost alike. So the rows of neighbouring vertices are
 //! close to a space of few dimensions. Clustered principal components are known from light transport (Sloan
 //! et al. 2003, *Clustered Principal Components for Precomputed Radiance Transfer*).
+use crate::band_weights::next_power_of_two;
 use crate::{Rig, Table, VertexId};
 use rayon::prelude::*;
 use std::ops::Range;
@@ -240,12 +241,6 @@ impl Residual {
     fn vertices(&self) -> usize {
         self.rows.len() / self.handles.max(1)
     }
-}
-
-/// The smallest power of two that is not less than a positive number.
-fn next_power_of_two(x: f32) -> f32 {
-    const MANTISSA: u32 = (1 << 23) - 1;
-    f32::from_bits((x.to_bits() + MANTISSA) & !MANTISSA)
 }
 
 /// The sum of the products, eight partial sums at a time.

@@ -78,25 +78,14 @@ impl<T: Real> Learned<T> {
 }
 
 impl<T: Real> Rig<T> {
-    /// The influences of vertex `v` in a rig of the learned method: features and their weights ω. K strain
-    /// edges come first, then A anchors.
-    pub fn influences_of(&self, v: usize) -> impl Iterator<Item = (usize, f64)> {
-        let edges = self.handles().strain_edges.len();
-        let of_edges = self.influences().at(v).map(|(e, alpha)| (e.index(), EDGES_SHARE * alpha.widen()));
-        let of_anchors = self.learned().into_iter().flat_map(move |learned| {
-            learned.anchors_of(v).map(move |(h, nu)| (edges + h.index(), nu.widen()))
-        });
-        of_edges.chain(of_anchors)
-    }
-
     /// `D_pe`, P×(F + H), a ratio: the vector strains of the examples, those of strain edges before those of
     /// anchors.
     pub fn example_vectors(&self) -> Table<[T; 3]> {
-        self.exact_example_vectors().map(|d| d.map(T::round_from))
+        self.widened_example_vectors().map(|d| d.map(T::round_from))
     }
 
     /// The same in f64, for a rig of any precision.
-    fn exact_example_vectors(&self) -> Table<[f64; 3]> {
+    pub(crate) fn widened_example_vectors(&self) -> Table<[f64; 3]> {
         let vectors =
             self.examples().handles.rows().flat_map(|example| self.handles().vector_strains(example));
         Table::new(self.examples().len(), self.handles().features(), vectors.collect())
@@ -126,43 +115,6 @@ impl<T: Real> Rig<T> {
         self.learned().filter(has_bands)
     }
 
-    /// c / 2 as devices keep it, V×P in mesh units. All numbers are 0 where s is 0. The table has no columns
-    /// where the rig has no [`Rig::bands`].
-    pub fn half_example_weights(&self) -> Table<[T; 3]> {
-        let Some(learned) = self.bands() else { return Table::without_columns(self.vertices()) };
-        if learned.example_weights.is_empty() {
-            return Table::filled(self.vertices(), self.examples().len(), [T::ZERO; 3]);
-        }
-        learned.example_weights.map(|c| c.map(|c| T::round_from(0.5 * c.widen())))
-    }
-
-    /// a, b and w as devices keep them, V×[`wrinkle_weights`](rhytid_kernels::bands::wrinkle_weights) in mesh
-    /// units. `half` is c / 2 as it is stored. In fp16, a is computed from the rounded `half`, so the rest
-    /// pose stays exact. The table has no columns where the rig has no [`Rig::bands`].
-    pub fn wrinkle_weights(&self, half: &Table<[T; 3]>) -> Table<[T; 3]> {
-        if self.bands().is_none() {
-            return Table::without_columns(self.vertices());
-        }
-        let vectors = self.exact_example_vectors();
-        let squares = |d: &[f64; 3]| vec3::dot(*d, *d);
-        let at_rest: Table<f64> = vectors.map(squares);
-        let of_vertex = |v: usize| {
-            let mut constant = [0.0; 3];
-            for (c, squares) in half.row(v).iter().zip(at_rest.rows()) {
-                let squared: f64 = self.influences_of(v).map(|(e, omega)| omega * squares[e]).sum();
-                constant = vec3::add(constant, c.map(|c| c.widen() * squared));
-            }
-            constant.map(T::round_from)
-        };
-        let constants: Vec<[T; 3]> = (0..self.vertices()).into_par_iter().map(of_vertex).collect();
-        if !self.vector_wrinkles() {
-            return Table::new(self.vertices(), 1, constants);
-        }
-        let rows = constants.iter().zip(self.fine_scale().rbf_weights.rows());
-        let rows = rows.flat_map(|(a, b_and_w)| std::iter::once(a).chain(b_and_w)).copied();
-        Table::new(self.vertices(), 1 + self.centers(), rows.collect())
-    }
-
     /// The lengths up to which vector strains are followed, F + H ratios: the greatest length in an example
     /// or in an expression of the prior, times the rig's reach. A longer one is followed in its direction up
     /// to that length.
@@ -179,7 +131,7 @@ impl<T: Real> Rig<T> {
         for (limit, length) in limits.iter_mut().zip(of_prior) {
             *limit = (reach * length.widen()).min(farthest);
         }
-        for example in self.exact_example_vectors().rows() {
+        for example in self.widened_example_vectors().rows() {
             for (d, limit) in example.iter().zip(&mut limits) {
                 *limit = limit.max(reach * vec3::dot(*d, *d).sqrt()).min(farthest);
             }

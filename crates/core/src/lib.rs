@@ -24,6 +24,7 @@
 mod animator;
 mod atomic_file;
 mod backend;
+mod band_weights;
 pub mod buffer_ring;
 pub mod channel;
 mod clustered_basis;
@@ -58,6 +59,7 @@ mod rig_part;
 mod rig_rows;
 mod rigid;
 mod rotations;
+mod rounded;
 mod steady_file;
 mod surface_point;
 mod table;
@@ -71,6 +73,7 @@ pub use atomic_file::AtomicFile;
 pub use backend::{
     Backend, BasisStorage, Device, DeviceInfo, DeviceKind, HandleFrames, Session, Stage, UploadOptions,
 };
+pub use band_weights::{BandWeights, TileVectors};
 pub use channel::{Channel, ChannelKind};
 pub use clustered_basis::{Cluster, ClusteredBasis};
 pub use contact::{Contact, Eyeball, LidVertex};

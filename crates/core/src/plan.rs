@@ -6,7 +6,8 @@ mod planned;
 mod reach;
 
 use crate::{
-    BasisStorage, ClusteredBasis, DeviceErrorKind, Error, Result, Rig, Rotations, Stage, UploadOptions,
+    BandWeights, BasisStorage, ClusteredBasis, DeviceErrorKind, Error, Result, Rig, Rotations, Stage,
+    UploadOptions,
 };
 use extent::{Extent, extent};
 pub use planned::{Dispatch, Input, PlannedBuffer, Role, Slice};
@@ -52,6 +53,8 @@ pub struct Plan {
     /// The first row of each tile's basis and the first vector that it is multiplied by, and the end of the
     /// rows.
     basis_rows: Vec<u32>,
+    /// Empty where the rig has no bands.
+    band_weights: Box<BandWeights>,
     /// H×3.
     handle_rest: Vec<[f32; 3]>,
     /// `None` where the handles do not turn. It is in a box, since the handles of few rigs turn.
@@ -125,15 +128,17 @@ impl Plan {
 
         let rank = clusters.as_ref().map_or(sizes.handles, |clusters| clusters.highest_rank());
         let basis_bytes = rank * entry_bytes(options.basis);
-        let tile_bytes = TILE * basis_bytes.max(sizes.centers.max(sizes.wrinkle_weights()) * 12);
+        let tile_bytes = TILE * basis_bytes.max(sizes.centers * 12);
         if tile_bytes > limit {
             return Err(unsupported("bytes of 16 vertices in one buffer binding", tile_bytes, limit));
         }
         let (fan_offsets, influence_offsets) = (contents::fan_offsets(rig), contents::influence_offsets(rig));
+        let band_weights = Box::new(BandWeights::new(rig, options.basis));
         let most_tiles = (limit / tile_bytes).min(most_vertices / TILE).max(1);
         let bytes_of_rows = |part: &Range<usize>| {
-            [rows(&fan_offsets, part, 1), rows(&influence_offsets, part, 2)]
-                .map(|rows| rows.len() * ROW_BYTES)
+            let [fans, influences] = [rows(&fan_offsets, part, 1), rows(&influence_offsets, part, 2)]
+                .map(|rows| rows.len() * ROW_BYTES);
+            [fans, influences, band_weights.bytes_of(&tiles_of(part))]
         };
         let parts = parts(sizes.vertices, |part| {
             part.len() <= most_tiles * TILE && bytes_of_rows(part).iter().all(|&bytes| bytes <= limit)
@@ -164,6 +169,7 @@ impl Plan {
             storage: options.basis,
             basis_rows: basis_rows(&sizes, clusters.as_deref()),
             clusters,
+            band_weights,
             handle_rest: rig.handles().rest.clone(),
             rotations,
             center,
@@ -239,17 +245,16 @@ impl Plan {
             Buffer::InfluenceOffsets => (2 * tiles + 1) * 4,
             Buffer::FanOffsets => (tiles + 1) * 4,
             Buffer::Influences => rows(&self.influence_offsets, part, 2).len() * 4,
-            Buffer::InfluenceWeights | Buffer::FeatureGains => {
-                rows(&self.influence_offsets, part, 2).len() * ROW_BYTES
+            Buffer::InfluenceWeights => {
+                let bytes = if self.narrow() { ROW_BYTES / 2 } else { ROW_BYTES };
+                rows(&self.influence_offsets, part, 2).len() * bytes
             }
+            Buffer::FeatureGains => rows(&self.influence_offsets, part, 2).len() * ROW_BYTES,
             Buffer::RbfWeights => tiled * centers * 12,
             Buffer::Pivots => tiled * 4,
             Buffer::FeatureLengths | Buffer::FeatureLimits => self.sizes.features() * 4,
             Buffer::ExampleVectors => (centers - 1) * self.sizes.features() * 12,
-            Buffer::ExampleWeights => {
-                tiled * (centers - 1) * if self.storage == BasisStorage::F16 { 6 } else { 12 }
-            }
-            Buffer::WrinkleWeights => tiled * self.sizes.wrinkle_weights() * 12,
+            Buffer::BandWeights => self.band_weights.bytes_of(&tiles_of(part)),
             Buffer::SquaredVectorDifferences => frames * self.sizes.vector_table_len() * 4,
             Buffer::Fans => rows(&self.fan_offsets, part, 1).len() * ROW_BYTES,
             Buffer::HandlePositions => frames * handles * 12,
@@ -362,6 +367,11 @@ impl Plan {
         stage == Stage::LargeScaleNormals && self.sizes.vector_wrinkles
     }
 
+    /// Whether the weights of influences have 16 bits.
+    fn narrow(&self) -> bool {
+        self.storage != BasisStorage::F32 && self.sizes.vector_wrinkles
+    }
+
     /// The parameters of `kernel` for `part`.
     fn params(&self, kernel: Kernel, frames: u32, part: &Range<usize>) -> Vec<u32> {
         let Sizes { vertices, handles, motions, edges, centers, bands, vector_wrinkles, vectors, .. } =
@@ -381,7 +391,7 @@ impl Plan {
                 part_vertices,
                 features,
                 centers,
-                fp16: u32::from(self.storage == BasisStorage::F16),
+                narrow: u32::from(self.narrow()),
                 wrinkles: u32::from(vector_wrinkles),
             }),
             Kernel::Beyond => {
@@ -495,11 +505,6 @@ impl Sizes {
     fn vector_table_len(&self) -> usize {
         if self.bands { differences::table_len(self.features(), self.centers) } else { 0 }
     }
-
-    /// The vectors of a vertex's `wrinkle_weights`.
-    fn wrinkle_weights(&self) -> usize {
-        bands::wrinkle_weights(self.centers, self.vector_wrinkles)
-    }
 }
 
 /// What can run, one after the other.
@@ -516,6 +521,11 @@ const STEPS: [(Stage, Kernel); 11] = [
     (Stage::Positions, Kernel::FineScale),
     (Stage::Normals, Kernel::Normals),
 ];
+
+/// The tiles of a part.
+fn tiles_of(part: &Range<usize>) -> Range<usize> {
+    part.start / TILE..part.end.div_ceil(TILE)
+}
 
 /// Cuts the vertices into parts of whole tiles. Each part has as many tiles as fit.
 fn parts(vertices: usize, fits: impl Fn(&Range<usize>) -> bool) -> Vec<Range<usize>> {
@@ -554,9 +564,8 @@ fn basis_rows(sizes: &Sizes, clusters: Option<&ClusteredBasis>) -> Vec<u32> {
 
 /// The rows of a part's tiles. `offsets` has the first row of each tile for each of the `lists`.
 fn rows(offsets: &[u32], part: &Range<usize>, lists: usize) -> Range<usize> {
-    let [first, end] =
-        [part.start / TILE, part.end.div_ceil(TILE)].map(|tile| offsets[lists * tile] as usize);
-    first..end
+    let tiles = tiles_of(part);
+    offsets[lists * tiles.start] as usize..offsets[lists * tiles.end] as usize
 }
 
 fn words<T: bytemuck::NoUninit>(params: &T) -> Vec<u32> {

@@ -225,10 +225,9 @@ buffers! {
     FeatureLimits = feature_limits,
     /// g: what each vector strain does to each vertex by way of the basis.
     FeatureGains = feature_gains,
-    /// Half of c: what each example does to each vertex.
-    ExampleWeights = example_weights,
-    /// a, b and w: what is added to each vertex in every frame, and the weights of the examples' distances.
-    WrinkleWeights = wrinkle_weights,
+    /// a and b, what is added to each vertex in every frame; then half of c and w, what each example does to
+    /// it.
+    BandWeights = band_weights,
     /// Where each tile's fans begin.
     FanOffsets = fan_offsets,
     /// The vertices around each of a tile's vertices.
@@ -300,9 +299,8 @@ kernels! {
             read(SquaredVectorDifferences, F32x4),
             read(InfluenceOffsets, U32),
             read(Influences, U32),
-            read(InfluenceWeights, F32),
-            tiled(ExampleWeights, U32),
-            tiled(WrinkleWeights, F32),
+            read(InfluenceWeights, U32),
+            read(BandWeights, U32),
             write(BandOffsets),
             write(LocalDetail),
         ],

@@ -133,8 +133,8 @@ pub use open::{TakeOptions, open_take};
 pub use open::{open_rig, write_rig};
 
 pub use rhytid_core::{
-    Animator, BasisStorage, ClusteredBasis, DeviceErrorKind, Error, Face, InputError, InputErrorKind,
-    Missing, NoProgress, Progress, Result, Rig, Session, Stage, Take, UploadOptions,
+    Animator, BandWeights, BasisStorage, ClusteredBasis, DeviceErrorKind, Error, Face, InputError,
+    InputErrorKind, Missing, NoProgress, Progress, Result, Rig, Session, Stage, Take, UploadOptions,
 };
 #[cfg(feature = "formats")]
 pub use rhytid_formats::export::Recipe;

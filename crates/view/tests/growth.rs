@@ -48,8 +48,8 @@ fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
         view.step();
         resident()
     };
-    let loads = times("RHYTID_LOADS", 60);
-    let pictures = times("RHYTID_PICTURES", 60 * loads);
+    let loads = times("RHYTID_LOADS", 30);
+    let pictures = times("RHYTID_PICTURES", 40 * loads);
     let before = load(loads / 3, 3);
     let after = load(loads, 3);
     assert!(after < before + MOST, "loads: {} MB became {} MB", before >> 20, after >> 20);

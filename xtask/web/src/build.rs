@@ -35,13 +35,22 @@ pub struct Size {
     pub is_data: bool,
 }
 
+/// What becomes of the compiler's warnings about our own crates.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Warnings {
+    /// They are shown.
+    Show,
+    /// They are errors.
+    Refuse,
+}
+
 /// Builds the pages into `folder`, which is made if it is not there. Returns the files, by name.
 ///
 /// # Errors
 /// The errors of cargo, wasm-bindgen or the disk.
-pub fn build(folder: &Path) -> Result<Vec<Size>> {
+pub fn build(folder: &Path, warnings: Warnings) -> Result<Vec<Size>> {
     fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
-    finish(&compile()?, folder)?;
+    finish(&compile(warnings)?, folder)?;
     let pages = root().join("crates/web/pages");
     let mut names = vec![format!("{NAME}.js"), format!("{NAME}_bg.wasm")];
     for entry in fs::read_dir(&pages).map_err(|e| at(&pages, &e))? {
@@ -62,7 +71,7 @@ pub fn build(folder: &Path) -> Result<Vec<Size>> {
 }
 
 /// Compiles `crates/web` for browsers; returns the program's path.
-fn compile() -> Result<PathBuf> {
+fn compile(warnings: Warnings) -> Result<PathBuf> {
     let target = root().join("target");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
@@ -70,6 +79,10 @@ fn compile() -> Result<PathBuf> {
     // Flags for this machine's processor do not apply to a browser's. Every browser with WebGPU has vectors
     // of 128 bits.
     let mut flags = "-Ctarget-feature=+simd128".to_owned();
+    if warnings == Warnings::Refuse {
+        // Cargo lets the crates of others warn of nothing.
+        flags += "\x1f-Dwarnings";
+    }
     for folder in package_folders() {
         // Cargo separates flags by this character.
         flags += &format!("\x1f--remap-path-prefix={}=", folder.display());

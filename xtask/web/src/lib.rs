@@ -7,7 +7,7 @@
 mod build;
 mod server;
 
-pub use build::{Size, build};
+pub use build::{Size, Warnings, build};
 pub use server::Server;
 
 /// The error is one sentence for the person at the terminal.

@@ -5,7 +5,7 @@ use clap::Parser;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use xtask_web::{Result, Server, Size, build};
+use xtask_web::{Result, Server, Size, Warnings, build};
 
 /// The same options as in `xtask/src/web.rs`, which passes them on.
 #[derive(Parser)]
@@ -27,7 +27,7 @@ fn main() -> ExitCode {
 }
 
 fn web(options: &Web) -> Result {
-    let files = build(&options.out)?;
+    let files = build(&options.out, Warnings::Show)?;
     let kilobytes = |bytes: u64| bytes as f64 / 1e3;
     println!("{}:", options.out.display());
     for Size { name, bytes, is_data } in &files {

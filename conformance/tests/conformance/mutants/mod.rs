@@ -103,7 +103,7 @@ fn any_two_bindings_swapped_fail() {
             }
         }
     }
-    assert_eq!(swaps, 10 + 15 + 28 + 10 + 3 + 15 + 6 + 3 + 21 + 10 + 6);
+    assert_eq!(swaps, 10 + 15 + 21 + 10 + 3 + 15 + 6 + 3 + 21 + 10 + 6);
 }
 
 #[test]

@@ -111,22 +111,7 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
         }
         Kernel::Bands => {
             let mut params: bands::Params = parameters(dispatch);
-            let (vertices, p) = (params.part_vertices as usize, params.centers as usize - 1);
-            let c = match params.fp16 {
-                0 => untiled(numbers(4), 3 * p, vertices),
-                _ => {
-                    let fp16: &[u16] = bytemuck::cast_slice(words(4));
-                    untiled(fp16, 3 * p, vertices)
-                        .into_iter()
-                        .map(|bits| f16::from_bits(bits).to_f32())
-                        .collect()
-                }
-            };
-            let c = c.as_chunks().0;
-            let per_vertex = params.wrinkle_weights();
-            let wrinkle_weights = untiled(numbers(5), 3 * per_vertex, vertices);
-            let wrinkle_weights = wrinkle_weights.as_chunks().0;
-            let (offsets, weights) = (words(1), numbers(3).as_chunks::<TILE>().0);
+            let offsets = words(1);
             params.frames = params.frames.min(frames);
             let band_offsets = results.as_chunks_mut::<3>().0;
             let details: &mut [f32] = bytemuck::cast_slice_mut(&mut others[0]);
@@ -136,7 +121,8 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                 let at = |list: usize| offsets[i / TILE * 2 + list] as usize;
                 let (edges, anchors) = (at(0)..at(1), at(1)..at(2));
                 let of_vertex = |rows: &Range<usize>| -> Vec<f32> {
-                    weights[rows.clone()].iter().map(|row| row[i % TILE]).collect()
+                    let at = rows.clone().map(|row| TILE * row + i % TILE);
+                    at.map(|at| influence_weight(params, words(3), at)).collect()
                 };
                 let buffers = bands::Buffers {
                     influences: edges.len(),
@@ -146,11 +132,10 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
                     // Their indices already start at F.
                     anchors: &words(2)[anchors.clone()],
                     anchor_weights: &of_vertex(&anchors),
-                    example_weights: &c[i * p..][..p],
-                    wrinkle_weights: &wrinkle_weights[i * per_vertex..][..per_vertex],
+                    band_weights: &band_weights(params, words(4), i),
                 };
                 for frame in 0..params.frames as usize {
-                    let len = differences::table_len(params.features as usize, p + 1);
+                    let len = differences::table_len(params.features as usize, params.centers as usize);
                     let table = &numbers(0)[frame * len..];
                     let v = frame * params.vertices as usize + params.first_vertex as usize + i;
                     let [offset, detail] = bands::vertex_bands(params, &buffers, 0, table, 0);
@@ -249,6 +234,33 @@ pub(super) fn run(dispatch: &Dispatch, buffers: &mut [Vec<u32>]) {
 
 fn parameters<T: bytemuck::AnyBitPattern>(dispatch: &Dispatch) -> T {
     bytemuck::pod_read_unaligned(bytemuck::cast_slice(&dispatch.params))
+}
+
+/// A weight of an influence, as the kernel `bands` reads it.
+fn influence_weight(params: bands::Params, words: &[u32], at: usize) -> f32 {
+    match params.narrow {
+        0 => f32::from_bits(words[at]),
+        _ => bands::weight_of_bits(bytemuck::cast_slice::<u32, u16>(words)[at]),
+    }
+}
+
+/// The weights of vertex `i`, as the kernel `bands` reads them.
+fn band_weights(params: bands::Params, words: &[u32], i: usize) -> Vec<[f32; 3]> {
+    let (record, lane) = (words[i / TILE] as usize, i % TILE);
+    let vectors = params.kinds() * params.centers as usize;
+    let (first, is_narrow) = (record & !1, record & 1 == 1);
+    let single = |j: usize| [0, 1, 2].map(|axis| f32::from_bits(words[first + 48 * j + TILE * axis + lane]));
+    if !is_narrow {
+        return (0..vectors).map(single).collect();
+    }
+    let units = first + 48 * params.kinds();
+    let rows = units + (vectors - params.kinds()).next_multiple_of(TILE);
+    let integers = bytemuck::cast_slice::<u32, i16>(&words[rows..]);
+    let integer = |j: usize| {
+        let unit = f32::from_bits(words[units + j]);
+        [0, 1, 2].map(|axis| unit * f32::from(integers[48 * j + TILE * axis + lane]))
+    };
+    (0..params.kinds()).map(single).chain((0..vectors - params.kinds()).map(integer)).collect()
 }
 
 /// From `[⌈V/16⌉][n][16]` to n numbers for each vertex, as the references use them.

@@ -1,11 +1,11 @@
 //! The contents of the planned buffers: those of a rig once, those of a batch each time.
-use super::{Buffer, Input, Limits, Plan, PlannedBuffer, Role, Sizes, Slice};
+use super::{Buffer, Input, Limits, Plan, PlannedBuffer, Role, Sizes, Slice, tiles_of};
 use crate::{BasisStorage, ClusteredBasis, HandleFrames, HandleId, Rig, StrainEdgeId};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::normals::VertexTriangles;
 use rhytid_kernels::tile::{TILE, tile_influences};
-use rhytid_kernels::{detail, normals, vec3};
+use rhytid_kernels::{bands, detail, normals, vec3};
 use std::borrow::Cow;
 use std::ops::Range;
 
@@ -42,7 +42,9 @@ impl Plan {
                 owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).0).collect::<Vec<_>>())
             }
             Buffer::InfluenceWeights => {
-                owned(&tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1).collect::<Vec<_>>())
+                let rows = tiles(&part).flat_map_iter(|tile| influences_of(rig, tile).1);
+                let rows = rows.collect::<Vec<_>>();
+                if self.narrow() { owned(&bits_of_weights(&rows)) } else { owned(&rows) }
             }
             Buffer::FeatureGains => {
                 owned(&tiles(&part).flat_map_iter(|tile| gains_of(rig, tile)).collect::<Vec<_>>())
@@ -61,11 +63,7 @@ impl Plan {
             }
             Buffer::ExampleVectors => owned(rig.example_vectors().as_slice()),
             Buffer::FeatureLimits => owned(&rig.feature_limits()),
-            Buffer::ExampleWeights => {
-                let examples = centers - 1;
-                self.stored(rig.half_example_weights().of_rows(part).as_flattened(), examples * 3)
-            }
-            Buffer::WrinkleWeights => self.wrinkle_weights(rig, part),
+            Buffer::BandWeights => owned(&self.band_weights.words_of(&tiles_of(&part))),
             Buffer::FanOffsets => owned(&of_tiles(&self.fan_offsets, &part, 1)),
             Buffer::Fans => {
                 let triangles = rig.surface().vertex_triangles();
@@ -104,7 +102,7 @@ impl Plan {
     fn cluster_columns(&self, part: &Range<usize>) -> Cow<'static, [u8]> {
         let Some(clusters) = &self.clusters else { return Cow::Borrowed(&[]) };
         let mut rows: Vec<[i16; TILE]> = Vec::new();
-        for tile in part.start / TILE..part.end.div_ceil(TILE) {
+        for tile in tiles_of(part) {
             let first = tile * TILE;
             for column in &clusters.clusters()[first / ClusteredBasis::VERTICES].columns {
                 let column = &column[first % ClusteredBasis::VERTICES..];
@@ -126,16 +124,6 @@ impl Plan {
         let rows = &self.basis_rows[2 * (part.start / TILE)..=2 * part.end.div_ceil(TILE)];
         let counted = |(i, row): (usize, &u32)| if i % 2 == 0 { row - rows[0] } else { *row };
         rows.iter().enumerate().map(counted).collect()
-    }
-
-    /// The weights of a part's wrinkles, computed from the example weights as they are stored.
-    fn wrinkle_weights(&self, rig: &Rig, part: Range<usize>) -> Cow<'static, [u8]> {
-        let mut half = rig.half_example_weights();
-        if self.storage == BasisStorage::F16 {
-            half.as_mut_slice().as_flattened_mut().iter_mut().for_each(|c| *c = f16::from_f32(*c).to_f32());
-        }
-        let all = rig.wrinkle_weights(&half);
-        owned(&tiled(all.of_rows(part).as_flattened(), self.sizes.wrinkle_weights() * 3))
     }
 
     /// What to write before a batch runs.
@@ -186,7 +174,12 @@ fn padded([x, y, z]: [f32; 3]) -> [f32; 4] {
 
 /// The tiles of a part.
 fn tiles(part: &Range<usize>) -> rayon::range::Iter<usize> {
-    (part.start / TILE..part.end.div_ceil(TILE)).into_par_iter()
+    tiles_of(part).into_par_iter()
+}
+
+/// The same weights of influences in 16 bits.
+fn bits_of_weights(rows: &[[f32; TILE]]) -> Vec<[u16; TILE]> {
+    rows.iter().map(|row| row.map(bands::bits_of_weight)).collect()
 }
 
 /// The offsets of a part's tiles in each of the `lists`, counted from the part's first row.

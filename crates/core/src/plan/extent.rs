@@ -37,8 +37,7 @@ pub(super) fn extent(buffer: Buffer) -> Extent {
         | Buffer::FeatureGains
         | Buffer::RbfWeights
         | Buffer::Pivots
-        | Buffer::ExampleWeights
-        | Buffer::WrinkleWeights
+        | Buffer::BandWeights
         | Buffer::FanOffsets
         | Buffer::Fans => Extent::Part,
         Buffer::HandlePositions | Buffer::Displacements | Buffer::VectorExcess | Buffer::Motions => {

@@ -72,17 +72,17 @@ fn an_ordinary_rig_is_one_part_and_one_slice() {
     let dense = UploadOptions::frames(31);
     let clustered = UploadOptions { basis: BasisStorage::Clustered, ..dense };
     for (rig, options, kernels, buffers, in_order) in [
-        (vectors.clone(), dense, 8, 29, &without_detail[..]),
-        (lengths, dense, 10, 33, &Stage::ALL[..]),
+        (vectors.clone(), dense, 8, 28, &without_detail[..]),
+        (lengths, dense, 10, 32, &Stage::ALL[..]),
         // Without a limit, nothing is taken back.
-        (without_limit, dense, 7, 27, &without_detail[..]),
+        (without_limit, dense, 7, 26, &without_detail[..]),
         // Where handles turn, only the bands read displacements.
-        (turning(&vectors), dense, 8, 30, &without_detail[..]),
+        (turning(&vectors), dense, 8, 29, &without_detail[..]),
         (turning(&chapter), dense, 7, 24, &Stage::ALL[..]),
         (chapter.clone(), dense, 7, 24, &Stage::ALL[..]),
         // Clusters have a factor for the handles, and motions.
-        (vectors.clone(), clustered, 9, 31, &without_detail[..]),
-        (turning(&vectors), clustered, 9, 32, &without_detail[..]),
+        (vectors.clone(), clustered, 9, 30, &without_detail[..]),
+        (turning(&vectors), clustered, 9, 31, &without_detail[..]),
         (chapter, clustered, 8, 26, &Stage::ALL[..]),
     ] {
         let plan = Plan::new(&rig, options, NO_LIMITS, "test:0").unwrap();

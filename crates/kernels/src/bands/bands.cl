@@ -8,14 +8,18 @@
 #endif
 #if VERTICES == 1
 typedef float Floats;
-typedef uint Uints;
+typedef ushort Ushorts;
+typedef short Shorts;
 #define AS_FLOATS as_float
-#define LOAD_HALVES vload_half
+#define TO_FLOATS convert_float
+#define TO_UINTS convert_uint
 #else
 typedef float16 Floats;
-typedef uint16 Uints;
+typedef ushort16 Ushorts;
+typedef short16 Shorts;
 #define AS_FLOATS as_float16
-#define LOAD_HALVES vloada_half16
+#define TO_FLOATS convert_float16
+#define TO_UINTS convert_uint16
 #endif
 typedef union {
     Floats all;
@@ -29,29 +33,45 @@ typedef struct {
     uint part_vertices;
     uint features;
     uint centers;
-    uint fp16;
+    uint narrow;
     uint wrinkles;
 } Params;
 
-// Number i of half of c, and those of the vertices after it; fp16 where params.fp16 is 1.
-static Floats example_weight(__global const uint *example_weights, const Params params, uint i) {
-    return params.fp16 != 0 ? LOAD_HALVES(i / VERTICES, (__global const half *)example_weights)
-                            : AS_FLOATS(((__global const Uints *)example_weights)[i / VERTICES]);
+// Number `at` of those of a tile's vertices, and the numbers behind it.
+static Floats floats(__global const uint *words, uint at) {
+    return ((__global const Floats *)words)[at / VERTICES];
 }
 
-// Where vector j of vertex i is in a, b and w.
-static uint wrinkle_weight(const Params params, uint i, uint j) {
-    uint vectors = params.wrinkles != 0 ? params.centers + 1 : 1;
-    return ((i / 16 * vectors + j) * 48 + i % 16) / VERTICES;
+// The weight of an influence for vertex i of a tile; floating-point numbers of 16 bits where params.narrow is 1.
+static Floats influence_weight(__global const uint *influence_weights, const Params params, uint row, uint i) {
+    if (params.narrow != 0) {
+        Ushorts bits = ((__global const Ushorts *)influence_weights)[(16 * row + i) / VERTICES];
+        Floats weight = AS_FLOATS((TO_UINTS(bits) << 12) + 0x30000000);
+        return TO_UINTS(bits) == 0 ? (Floats)(0.0f) : weight;
+    }
+    return floats(influence_weights, 16 * row + i);
+}
+
+// Coordinate `axis` of vector j of vertex i of a tile: first the vectors of the rest pose, then those of each example.
+// `record` says where the tile's vectors begin. Those of the examples are integers with a unit where its lowest bit is 1.
+static Floats band_weight(__global const uint *band_weights, const Params params, uint record, uint i, uint j, uint axis) {
+    uint first = record / 2 * 2;
+    uint kinds = params.wrinkles != 0 ? 2 : 1;
+    if (record % 2 == 0 || j < kinds) {
+        return floats(band_weights, first + 48 * j + 16 * axis + i);
+    }
+    uint units = first + 48 * kinds;
+    uint at = 2 * (units + (kinds * (params.centers - 1) + 15) / 16 * 16) + 48 * (j - kinds) + 16 * axis + i;
+    Shorts integers = ((__global const Shorts *)band_weights)[at / VERTICES];
+    return as_float(band_weights[units + j - kinds]) * TO_FLOATS(integers);
 }
 
 __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
     __global const float *restrict squared_vector_differences,
     __global const uint *restrict influence_offsets,
     __global const uint *restrict influences,
-    __global const float *restrict influence_weights,
-    __global const uint *restrict example_weights,
-    __global const float *restrict wrinkle_weights,
+    __global const uint *restrict influence_weights,
+    __global const uint *restrict band_weights,
     __global float *restrict band_offsets,
     __global float *restrict local_detail,
     const Params params)
@@ -62,15 +82,16 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
         return;
     }
     uint eights = (params.centers + 7) / 8;
-    __global const Floats *weights = (__global const Floats *)wrinkle_weights;
+    uint kinds = params.wrinkles != 0 ? 2 : 1;
+    uint record = band_weights[i / 16];
     Lanes offset[FRAMES][3];
     Lanes detail[FRAMES][3];
     for (uint g = 0; g < FRAMES; g++) {
         for (uint c = 0; c < 3; c++) {
-            offset[g][c].all = weights[wrinkle_weight(params, i, 0) + c * (16 / VERTICES)];
+            offset[g][c].all = band_weight(band_weights, params, record, i % 16, 0, c);
             detail[g][c].all = (Floats)(0.0f);
             if (params.wrinkles != 0) {
-                detail[g][c].all = weights[wrinkle_weight(params, i, 1) + c * (16 / VERTICES)];
+                detail[g][c].all = band_weight(band_weights, params, record, i % 16, 1, c);
             }
         }
     }
@@ -87,7 +108,7 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
         uint anchors = influence_offsets[i / 16 * 2 + 1];
         for (uint row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 2]; row++) {
             uint feature = influences[row];
-            Floats weight = ((__global const Floats *)influence_weights)[(16 * row + i % 16) / VERTICES];
+            Floats weight = influence_weight(influence_weights, params, row, i % 16);
             for (uint g = 0; g < FRAMES; g++) {
                 if (row == anchors) {
                     for (uint j = 0; j < 8; j++) {
@@ -115,10 +136,9 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
         }
         for (uint j = eight == 0 ? 1 : 0; j < 8 && 8 * eight + j < params.centers; j++) {
             uint center = 8 * eight + j;
-            uint at = (i / 16 * (params.centers - 1) + center - 1) * 48 + i % 16;
-            Floats x = example_weight(example_weights, params, at);
-            Floats y = example_weight(example_weights, params, at + 16);
-            Floats z = example_weight(example_weights, params, at + 32);
+            Floats x = band_weight(band_weights, params, record, i % 16, kinds * center, 0);
+            Floats y = band_weight(band_weights, params, record, i % 16, kinds * center, 1);
+            Floats z = band_weight(band_weights, params, record, i % 16, kinds * center, 2);
             for (uint g = 0; g < FRAMES; g++) {
                 Floats along = squared_rest[g] - squares[g][j];
                 offset[g][0].all += x * along;
@@ -126,12 +146,14 @@ __kernel __attribute__((reqd_work_group_size(64 / VERTICES, 1, 1))) void bands(
                 offset[g][2].all += z * along;
             }
             if (params.wrinkles != 0) {
-                __global const Floats *w = weights + wrinkle_weight(params, i, center + 1);
+                x = band_weight(band_weights, params, record, i % 16, kinds * center + 1, 0);
+                y = band_weight(band_weights, params, record, i % 16, kinds * center + 1, 1);
+                z = band_weight(band_weights, params, record, i % 16, kinds * center + 1, 2);
                 for (uint g = 0; g < FRAMES; g++) {
                     Floats farther = sqrt(squares[g][j]) - rest[g];
-                    detail[g][0].all += w[0] * farther;
-                    detail[g][1].all += w[16 / VERTICES] * farther;
-                    detail[g][2].all += w[32 / VERTICES] * farther;
+                    detail[g][0].all += x * farther;
+                    detail[g][1].all += y * farther;
+                    detail[g][2].all += z * farther;
                 }
             }
         }

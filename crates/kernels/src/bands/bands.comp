@@ -10,32 +10,39 @@ layout(push_constant, std430) uniform Params {
     uint part_vertices;
     uint features;
     uint centers;
-    uint fp16;
+    uint narrow;
     uint wrinkles;
 } params;
 layout(std430, binding = 0) readonly buffer SquaredVectorDifferences { vec4 squared_vector_differences[]; };
 layout(std430, binding = 1) readonly buffer InfluenceOffsets { uint influence_offsets[]; };
 layout(std430, binding = 2) readonly buffer Influences { uint influences[]; };
-layout(std430, binding = 3) readonly buffer InfluenceWeights { float influence_weights[]; };
-layout(std430, binding = 4) readonly buffer ExampleWeights { uint example_weights[]; };
-layout(std430, binding = 5) readonly buffer WrinkleWeights { float wrinkle_weights[]; };
-layout(std430, binding = 6) writeonly buffer BandOffsets { float band_offsets[]; };
-layout(std430, binding = 7) writeonly buffer LocalDetail { float local_detail[]; };
+layout(std430, binding = 3) readonly buffer InfluenceWeights { uint influence_weights[]; };
+layout(std430, binding = 4) readonly buffer BandWeights { uint band_weights[]; };
+layout(std430, binding = 5) writeonly buffer BandOffsets { float band_offsets[]; };
+layout(std430, binding = 6) writeonly buffer LocalDetail { float local_detail[]; };
 
-// Number i of half of c; fp16 where params.fp16 is 1.
-float example_weight(uint i) {
-    if (params.fp16 != 0) {
-        vec2 pair = unpackHalf2x16(example_weights[i / 2]);
-        return i % 2 == 0 ? pair.x : pair.y;
+// The weight of an influence for vertex i of a tile; floating-point numbers of 16 bits where params.narrow is 1.
+float influence_weight(uint row, uint i) {
+    if (params.narrow != 0) {
+        uint bits = influence_weights[8 * row + i / 2] >> (i % 2 * 16) & 0xffff;
+        return bits == 0 ? 0.0 : uintBitsToFloat((bits << 12) + 0x30000000);
     }
-    return uintBitsToFloat(example_weights[i]);
+    return uintBitsToFloat(influence_weights[16 * row + i]);
 }
 
-// Vector j of vertex i of a, b and w.
-vec3 wrinkle_weight(uint i, uint j) {
-    uint vectors = params.wrinkles != 0 ? params.centers + 1 : 1;
-    uint at = (i / 16 * vectors + j) * 48 + i % 16;
-    return vec3(wrinkle_weights[at], wrinkle_weights[at + 16], wrinkle_weights[at + 32]);
+// Vector j of vertex i of a tile: first those of the rest pose, then those of each example. `record` says where the tile's
+// vectors begin. Those of the examples are integers with a unit where its lowest bit is 1.
+vec3 band_weight(uint record, uint i, uint j) {
+    uint first = record / 2 * 2;
+    uint kinds = params.wrinkles != 0 ? 2 : 1;
+    if (record % 2 == 0 || j < kinds) {
+        uint at = first + 48 * j + i;
+        return uintBitsToFloat(uvec3(band_weights[at], band_weights[at + 16], band_weights[at + 32]));
+    }
+    uint units = first + 48 * kinds;
+    uint at = units + (kinds * (params.centers - 1) + 15) / 16 * 16 + 24 * (j - kinds) + i / 2;
+    ivec3 pairs = ivec3(band_weights[at], band_weights[at + 8], band_weights[at + 16]);
+    return uintBitsToFloat(band_weights[units + j - kinds]) * vec3(bitfieldExtract(pairs, int(i % 2 * 16), 16));
 }
 
 // One of eight numbers. Written so that no array is indexed by what differs between invocations.
@@ -50,8 +57,10 @@ void main() {
     uint i = min(gl_GlobalInvocationID.x, params.part_vertices - 1);
     uint frame = FRAMES * gl_GlobalInvocationID.y;
     uint eights = (params.centers + 7) / 8;
-    vec3 constant = wrinkle_weight(i, 0);
-    vec3 at_rest = params.wrinkles != 0 ? wrinkle_weight(i, 1) : vec3(0.0);
+    uint kinds = params.wrinkles != 0 ? 2 : 1;
+    uint record = band_weights[i / 16];
+    vec3 constant = band_weight(record, i % 16, 0);
+    vec3 at_rest = params.wrinkles != 0 ? band_weight(record, i % 16, 1) : vec3(0.0);
     vec3 offset[4];
     vec3 detail[4];
     // The distance from the rest pose, squared and not.
@@ -72,7 +81,7 @@ void main() {
         uint anchors = influence_offsets[i / 16 * 2 + 1];
         for (uint row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 2]; row++) {
             uint feature = influences[row];
-            float weight = influence_weights[16 * row + i % 16];
+            float weight = influence_weight(row, i % 16);
             for (uint g = 0; g < FRAMES; g++) {
                 if (row == anchors) {
                     low[g] *= 0.9;
@@ -92,13 +101,12 @@ void main() {
         }
         for (uint j = eight == 0 ? 1 : 0; j < min(8, params.centers - 8 * eight); j++) {
             uint center = 8 * eight + j;
-            uint at = (i / 16 * (params.centers - 1) + center - 1) * 48 + i % 16;
-            vec3 c = vec3(example_weight(at), example_weight(at + 16), example_weight(at + 32));
+            vec3 c = band_weight(record, i % 16, kinds * center);
             for (uint g = 0; g < FRAMES; g++) {
                 offset[g] += c * (squared_rest[g] - one_of(low[g], high[g], j));
             }
             if (params.wrinkles != 0) {
-                vec3 w = wrinkle_weight(i, center + 1);
+                vec3 w = band_weight(record, i % 16, kinds * center + 1);
                 for (uint g = 0; g < FRAMES; g++) {
                     detail[g] += w * (sqrt(one_of(low[g], high[g], j)) - rest[g]);
                 }

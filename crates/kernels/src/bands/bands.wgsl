@@ -8,34 +8,41 @@ struct Params {
     part_vertices: u32,
     features: u32,
     centers: u32,
-    fp16: u32,
+    narrow: u32,
     wrinkles: u32,
 }
 
 @group(0) @binding(0) var<storage, read> squared_vector_differences: array<vec4f>;
 @group(0) @binding(1) var<storage, read> influence_offsets: array<u32>;
 @group(0) @binding(2) var<storage, read> influences: array<u32>;
-@group(0) @binding(3) var<storage, read> influence_weights: array<f32>;
-@group(0) @binding(4) var<storage, read> example_weights: array<u32>;
-@group(0) @binding(5) var<storage, read> wrinkle_weights: array<f32>;
-@group(0) @binding(6) var<storage, read_write> band_offsets: array<f32>;
-@group(0) @binding(7) var<storage, read_write> local_detail: array<f32>;
-@group(0) @binding(8) var<uniform> params: Params;
+@group(0) @binding(3) var<storage, read> influence_weights: array<u32>;
+@group(0) @binding(4) var<storage, read> band_weights: array<u32>;
+@group(0) @binding(5) var<storage, read_write> band_offsets: array<f32>;
+@group(0) @binding(6) var<storage, read_write> local_detail: array<f32>;
+@group(0) @binding(7) var<uniform> params: Params;
 
-// Number i of half of c; fp16 where params.fp16 is 1.
-fn example_weight(i: u32) -> f32 {
-    if params.fp16 != 0 {
-        let pair = unpack2x16float(example_weights[i / 2]);
-        return select(pair.y, pair.x, i % 2 == 0);
+// The weight of an influence for vertex i of a tile; floating-point numbers of 16 bits where params.narrow is 1.
+fn influence_weight(row: u32, i: u32) -> f32 {
+    if params.narrow != 0 {
+        let bits = influence_weights[8 * row + i / 2] >> (i % 2 * 16) & 0xffff;
+        return select(bitcast<f32>((bits << 12) + 0x30000000), 0.0, bits == 0);
     }
-    return bitcast<f32>(example_weights[i]);
+    return bitcast<f32>(influence_weights[16 * row + i]);
 }
 
-// Vector j of vertex i of a, b and w.
-fn wrinkle_weight(i: u32, j: u32) -> vec3f {
-    let vectors = select(1, params.centers + 1, params.wrinkles != 0);
-    let at = (i / 16 * vectors + j) * 48 + i % 16;
-    return vec3f(wrinkle_weights[at], wrinkle_weights[at + 16], wrinkle_weights[at + 32]);
+// Vector j of vertex i of a tile: first those of the rest pose, then those of each example. `record` says where the tile's
+// vectors begin. Those of the examples are integers with a unit where its lowest bit is 1.
+fn band_weight(record: u32, i: u32, j: u32) -> vec3f {
+    let first = record / 2 * 2;
+    let kinds = select(1u, 2u, params.wrinkles != 0);
+    if record % 2 == 0 || j < kinds {
+        let at = first + 48 * j + i;
+        return bitcast<vec3f>(vec3u(band_weights[at], band_weights[at + 16], band_weights[at + 32]));
+    }
+    let units = first + 48 * kinds;
+    let at = units + (kinds * (params.centers - 1) + 15) / 16 * 16 + 24 * (j - kinds) + i / 2;
+    let pairs = bitcast<vec3i>(vec3u(band_weights[at], band_weights[at + 8], band_weights[at + 16]));
+    return bitcast<f32>(band_weights[units + j - kinds]) * vec3f(extractBits(pairs, i % 2 * 16, 16));
 }
 
 // One of eight numbers. Written so that no array is indexed by what differs between invocations.
@@ -51,10 +58,12 @@ fn bands(@builtin(global_invocation_id) id: vec3u) {
     let i = min(id.x, params.part_vertices - 1);
     let frame = FRAMES * id.y;
     let eights = (params.centers + 7) / 8;
-    let constant = wrinkle_weight(i, 0);
+    let kinds = select(1u, 2u, params.wrinkles != 0);
+    let record = band_weights[i / 16];
+    let constant = band_weight(record, i % 16, 0);
     var at_rest = vec3f(0.0);
     if params.wrinkles != 0 {
-        at_rest = wrinkle_weight(i, 1);
+        at_rest = band_weight(record, i % 16, 1);
     }
     var offset: array<vec3f, 4>;
     var detail: array<vec3f, 4>;
@@ -72,7 +81,7 @@ fn bands(@builtin(global_invocation_id) id: vec3u) {
         let anchors = influence_offsets[i / 16 * 2 + 1];
         for (var row = influence_offsets[i / 16 * 2]; row < influence_offsets[i / 16 * 2 + 2]; row++) {
             let feature = influences[row];
-            let weight = influence_weights[16 * row + i % 16];
+            let weight = influence_weight(row, i % 16);
             for (var g = 0u; g < FRAMES; g++) {
                 if row == anchors {
                     low[g] *= 0.9;
@@ -92,13 +101,12 @@ fn bands(@builtin(global_invocation_id) id: vec3u) {
         }
         for (var j = select(0u, 1u, eight == 0); j < min(8, params.centers - 8 * eight); j++) {
             let center = 8 * eight + j;
-            let at = (i / 16 * (params.centers - 1) + center - 1) * 48 + i % 16;
-            let c = vec3f(example_weight(at), example_weight(at + 16), example_weight(at + 32));
+            let c = band_weight(record, i % 16, kinds * center);
             for (var g = 0u; g < FRAMES; g++) {
                 offset[g] += c * (squared_rest[g] - one_of(low[g], high[g], j));
             }
             if params.wrinkles != 0 {
-                let w = wrinkle_weight(i, center + 1);
+                let w = band_weight(record, i % 16, kinds * center + 1);
                 for (var g = 0u; g < FRAMES; g++) {
                     detail[g] += w * (sqrt(one_of(low[g], high[g], j)) - rest[g]);
                 }

@@ -3,6 +3,10 @@ use crate::Real;
 use crate::differences::{table_index, table_len};
 use crate::params::parameter_block;
 
+mod narrow;
+
+pub use narrow::{bits_of_weight, weight_of_bits};
+
 parameter_block!(
     /// Frames in the batch.
     frames,
@@ -16,9 +20,9 @@ parameter_block!(
     features,
     /// N, the rest pose included.
     centers,
-    /// 1 where `example_weights` is stored as fp16, 0 where it is not. The reference has numbers of its own
-    /// type and ignores this.
-    fp16,
+    /// 1 where `influence_weights` has numbers of 16 bits, 0 where it has fp32. The reference has numbers of
+    /// its own type and ignores this.
+    narrow,
     /// 1 where the wrinkles are functions of vector strains too, 0 where they are not.
     wrinkles,
 );
@@ -34,20 +38,21 @@ impl Params {
             part_vertices: vertices,
             features,
             centers,
-            fp16: 0,
+            narrow: 0,
             wrinkles: u32::from(wrinkles),
         }
     }
 
-    /// The vectors of `wrinkle_weights` that each vertex has.
-    pub fn wrinkle_weights(&self) -> usize {
-        wrinkle_weights(self.centers as usize, self.wrinkles != 0)
+    /// The vectors of `band_weights` that each vertex has for each centre.
+    pub fn kinds(&self) -> usize {
+        kinds(self.wrinkles != 0)
     }
 }
 
-/// The vectors of `wrinkle_weights` that each vertex has, for N centres.
-pub fn wrinkle_weights(centers: usize, wrinkles: bool) -> usize {
-    if wrinkles { centers + 1 } else { 1 }
+/// The vectors of `band_weights` that each vertex has for each centre: one of the linear band, and one of the
+/// wrinkles where they are functions of vector strains.
+pub fn kinds(wrinkles: bool) -> usize {
+    if wrinkles { 2 } else { 1 }
 }
 
 /// The share of strain edges in the weights of a vertex's influences. Anchors have the rest.
@@ -69,10 +74,8 @@ pub struct Buffers<'a, T> {
     pub anchors: &'a [u32],
     /// ν, V×A.
     pub anchor_weights: &'a [T],
-    /// c / 2, V×P.
-    pub example_weights: &'a [[T; 3]],
-    /// a, b and w, V×[`Params::wrinkle_weights`].
-    pub wrinkle_weights: &'a [[T; 3]],
+    /// V×N×[`Params::kinds`]: a and b, then c / 2 and w of each example. Without wrinkles, a and c / 2.
+    pub band_weights: &'a [[T; 3]],
 }
 
 /// o and d of vertex `i` of the part, given the table of one frame; `strain_edges` is F. Without wrinkles, d
@@ -99,16 +102,19 @@ pub fn vertex_bands<T: Real>(
         }
         sum
     };
-    let weights = &buffers.wrinkle_weights[i * params.wrinkle_weights()..][..params.wrinkle_weights()];
-    let (mut offset, mut detail) = (weights[0], weights.get(1).copied().unwrap_or_default());
+    let weights = &buffers.band_weights[i * params.kinds() * centers..];
+    let (mut offset, mut detail) = (weights[0], [T::ZERO; 3]);
+    if params.wrinkles != 0 {
+        detail = weights[1];
+    }
     let rest = distance(0);
-    for (p, c) in buffers.example_weights[i * (centers - 1)..][..centers - 1].iter().enumerate() {
-        let squared = distance(p + 1);
-        let along = rest - squared;
+    for (j, weights) in weights.chunks_exact(params.kinds()).enumerate().take(centers).skip(1) {
+        let squared = distance(j);
+        let (along, c) = (rest - squared, weights[0]);
         for axis in 0..3 {
             offset[axis] = c[axis].mul_add(along, offset[axis]);
         }
-        if let Some(w) = weights.get(p + 2) {
+        if let Some(w) = weights.get(1) {
             let farther = squared.sqrt() - rest.sqrt();
             for axis in 0..3 {
                 detail[axis] = w[axis].mul_add(farther, detail[axis]);

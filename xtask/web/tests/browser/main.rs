@@ -14,7 +14,7 @@ use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
-use xtask_web::{Server, Size, build};
+use xtask_web::{Server, Size, Warnings, build};
 
 /// The folder, its files, and the address of its server.
 struct Pages {
@@ -28,7 +28,7 @@ fn pages() -> &'static Pages {
     static PAGES: OnceLock<Pages> = OnceLock::new();
     PAGES.get_or_init(|| {
         let folder = root().join("target/pages");
-        let files = build(&folder).unwrap();
+        let files = build(&folder, Warnings::Refuse).unwrap();
         let server = Server::new((Ipv4Addr::LOCALHOST, 0).into(), &folder).unwrap();
         let address = server.address().unwrap();
         std::thread::spawn(move || server.run());

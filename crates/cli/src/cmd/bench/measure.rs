@@ -3,7 +3,9 @@
 use rhytid::conformance::{Memory, stage_name};
 use rhytid::core::numbers::median;
 use rhytid::core::{DeviceInfo, DeviceKind};
-use rhytid::{Animator, BasisStorage, ClusteredBasis, Result, Rig, Session, Stage, UploadOptions};
+use rhytid::{
+    Animator, BandWeights, BasisStorage, ClusteredBasis, Result, Rig, Session, Stage, UploadOptions,
+};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -177,20 +179,22 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let per_vertex = |constants: usize, results: usize| {
         (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
     };
-    let entry = if options.basis == BasisStorage::F16 { 2 } else { 4 };
     let basis = match options.basis {
         BasisStorage::Clustered => ClusteredBasis::new(rig).bytes().div_ceil(rig.vertices()),
-        BasisStorage::F32 | BasisStorage::F16 => entry * rig.handles().len(),
+        BasisStorage::F32 => 4 * rig.handles().len(),
+        BasisStorage::F16 => 2 * rig.handles().len(),
     };
     let index = if rig.handles().strain_edges.len() <= 256 { 1 } else { 2 };
     let (position, neighbor) = (12, 4);
-    let influences = (index + 4) * rig.influences().per_vertex();
-    let detail = influences + 12 * rig.centers();
-    // The bands read the same influences as the detail. With vector strains the detail has already read them.
-    let bands = rig.bands().map_or(0, |learned| {
-        (index + 4) * learned.anchors_per_vertex() + 3 * entry * rig.examples().names.len() + position
-    });
     let wrinkles = rig.vector_wrinkles();
+    let weight = if wrinkles && options.basis != BasisStorage::F32 { 2 } else { 4 };
+    let influences = (index + weight) * rig.influences().per_vertex();
+    let detail = influences + if wrinkles { 0 } else { 12 * rig.centers() };
+    // The bands read the same influences as the detail.
+    let bands = rig.bands().map_or(0, |learned| {
+        let weights = BandWeights::new(rig, options.basis).bytes().div_ceil(rig.vertices());
+        (index + weight) * learned.anchors_per_vertex() + weights
+    });
     Stage::ALL.map(|stage| match stage {
         Stage::Strain => (4 * rig.handles().strain_edges.len()) as f64,
         Stage::LargeScale if wrinkles => per_vertex(basis + position + bands + detail, 0),
@@ -241,7 +245,9 @@ mod tests {
         assert_eq!(per_vertex(chapter, BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
         // Anchors, c and a; smooth positions and normals are not stored between.
         assert_eq!(per_vertex(learned, BasisStorage::F32, 1), 584.0 + 40.0 + 72.0 + 12.0 - 28.0);
-        assert_eq!(per_vertex(learned, BasisStorage::F16, 1), 584.0 - 178.0 + 40.0 + 36.0 + 12.0 - 28.0);
+        // Weights of influences have two bytes less, and those of the examples a half and their units.
+        let narrow = 584.0 - 178.0 + 40.0 + 72.0 + 12.0 - 28.0 - 2.0 * 24.0 - 72.0 + 4.0;
+        assert_eq!(per_vertex(learned, BasisStorage::F16, 1), narrow);
     }
 
     #[test]
