@@ -438,4 +438,48 @@ mod tests {
             assert!(shared > 5, "{shared} vertices on the border");
         }
     }
+
+    /// A mesh of OBJ, say, has a coordinate for each corner: the upper half of this one lies elsewhere in the
+    /// texture, and no vertex is double.
+    #[test]
+    fn islands_of_texture_coordinates_stay_islands() {
+        const ASIDE: f32 = 4.0;
+        let mut face = rhytid_demo::face(3_000);
+        let uvs = face.neutral.uvs.take().unwrap();
+        let vertices = uvs.values.len() as u32;
+        let aside = uvs.values.iter().map(|[u, v]| [u + ASIDE, *v]);
+        let is_upper = |indices: &[u32]| indices.iter().all(|&v| uvs.values[v as usize][1] > 0.5);
+        let of_face = |indices: &[u32]| {
+            let first = if is_upper(indices) { vertices } else { 0 };
+            indices.iter().map(|v| first + v).collect::<Vec<u32>>()
+        };
+        face.neutral.uvs = Some(rhytid_core::Uvs {
+            corners: Some(face.neutral.faces.iter().flat_map(of_face).collect()),
+            values: uvs.values.iter().copied().chain(aside).collect(),
+        });
+        let made = levels(&solved(&face), &[], 2, &devices(), &NoProgress).unwrap();
+        assert_eq!(made.len(), 2);
+        for LevelOfDetail { level, .. } in &made {
+            let surface = level.rig.surface();
+            let own = surface.uvs.as_ref().unwrap();
+            let corners = own.corners.as_ref().unwrap();
+            let mut islands = [const { std::collections::BTreeSet::new() }; 2];
+            let triangles = surface.faces.indices.as_chunks::<3>().0;
+            for (vertices, corners) in triangles.iter().zip(corners.as_chunks::<3>().0) {
+                let at = corners.map(|corner| own.values[corner as usize]);
+                let island = usize::from(at[0][0] >= ASIDE);
+                for (v, [across, up]) in vertices.iter().zip(at) {
+                    let [own, height] = uvs.values[level.kept[*v as usize].index()];
+                    let expected = [own + ASIDE * island as f32, height];
+                    assert_eq!([across, up], expected, "a corner at vertex {v} of the level");
+                    islands[island].insert(*v);
+                }
+            }
+            let seam = islands[0].intersection(&islands[1]).count();
+            assert!(
+                seam > 5 && islands.iter().all(|island| island.len() > 50),
+                "{seam} vertices on the seam"
+            );
+        }
+    }
 }
