@@ -24,7 +24,7 @@ struct Params {
 // The weight of an influence for vertex i of a tile; floating-point numbers of 16 bits where params.narrow is 1.
 fn influence_weight(row: u32, i: u32) -> f32 {
     if params.narrow != 0 {
-        let bits = influence_weights[8 * row + i / 2] >> (i % 2 * 16) & 0xffff;
+        let bits = (influence_weights[8 * row + i / 2] >> (i % 2 * 16)) & 0xffff;
         return select(bitcast<f32>((bits << 12) + 0x30000000), 0.0, bits == 0);
     }
     return bitcast<f32>(influence_weights[16 * row + i]);
