@@ -211,14 +211,17 @@ Examples:
     /// Put parts of a take, which `animate --frames` wrote, together as one USD file.
     ///
     /// OUT refers to the parts by value clips and holds no frames itself. Keep the parts where OUT expects
-    /// them.
+    /// them. With --levels it has levels of detail, one variant for each file.
     #[command(after_help = "\
 Examples:
   rhytid stitch part1.usd part2.usd -o FACE.usd
 
 The parts come from, on one machine or on several:
   rhytid animate FACE.safetensors TAKE.csv -o part1.usd --frames 0..2000
-  rhytid animate FACE.safetensors TAKE.csv -o part2.usd --frames 2000..4000")]
+  rhytid animate FACE.safetensors TAKE.csv -o part2.usd --frames 2000..4000
+
+Levels of detail come from `rhytid lod`, and each is animated:
+  rhytid stitch --levels FACE.usd level1.usd level2.usd -o levels.usda")]
     Stitch(Stitch),
 
     /// Send a take over the network as if it were captured now.

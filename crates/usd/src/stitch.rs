@@ -149,14 +149,14 @@ fn layer(
 }
 
 /// The folder that `path` is in, without links.
-fn folder_of(path: &Path) -> Result<PathBuf> {
+pub(crate) fn folder_of(path: &Path) -> Result<PathBuf> {
     let folder = rhytid_core::folder_of(path);
     folder.canonicalize().map_err(Error::io(folder))
 }
 
 /// `path`, which is in `folder`, as a layer in the folder `from` refers to it: relative where that is
 /// possible.
-fn asset(path: &Path, folder: &Path, from: &Path) -> Result<String> {
+pub(crate) fn asset(path: &Path, folder: &Path, from: &Path) -> Result<String> {
     let [to, from] = [folder, from].map(|path| path.components().collect::<Vec<_>>());
     let common = to.iter().zip(&from).take_while(|(a, b)| a == b).count();
     let down = &to[common..];

@@ -16,6 +16,11 @@ pub(crate) struct Stitch {
     #[arg(short, long, value_name = "OUT.usd")]
     pub output: PathBuf,
 
+    /// The files are one take on several levels of detail, the whole face first. OUT is .usda and has a
+    /// variant for each.
+    #[arg(long)]
+    pub levels: bool,
+
     #[command(flatten)]
     pub json: Json,
 }

@@ -9,8 +9,11 @@ use rhytid::formats::usd;
 /// Writes the file that plays the parts one after the other, and prints a summary.
 ///
 /// # Errors
-/// As [`usd::stitch`].
+/// As [`usd::stitch()`] and [`usd::levels()`].
 pub(super) fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
+    if args.levels {
+        return levels(args, ui);
+    }
     let (stitched, time) = timed(|| usd::stitch(&args.parts, &args.output));
     let stitched = stitched?;
     let [start, end] = stitched.time_codes;
@@ -33,6 +36,32 @@ pub(super) fn run(args: &args::Stitch, ui: &Ui) -> Result<()> {
             human::bytes(stitched.bytes),
             human::duration(time),
             stitched.manifest.display()
+        )
+    })
+}
+
+/// Writes the file with a variant for each level.
+fn levels(args: &args::Stitch, ui: &Ui) -> Result<()> {
+    let (levels, time) = timed(|| usd::levels(&args.parts, &args.output));
+    let levels = levels?;
+    let [start, end] = levels.time_codes;
+    let summary = serde_json::json!({
+        "file": args.output,
+        "bytes": levels.bytes,
+        "frames": levels.frames,
+        "variants": levels.variants,
+        "time_codes": levels.time_codes,
+        "seconds": time.as_secs_f64(),
+    });
+    output::done(args.json, ui, &summary, || {
+        format!(
+            "{}: variants {}, {}, time codes {start} to {end}, {}, put together in {}\n\
+             Keep the files where they are: this one refers to them.",
+            args.output.display(),
+            levels.variants.join(", "),
+            human::counted(levels.frames, "frame"),
+            human::bytes(levels.bytes),
+            human::duration(time)
         )
     })
 }

@@ -93,6 +93,14 @@ fn levels_play_as_near_to_the_whole_rig_as_is_said() {
         assert!(kept as f64 > 0.95 * (own[0].len() * own.len()) as f64, "{kept}");
     }
     assert!(levels[1]["rms_mm"].as_f64() > levels[0]["rms_mm"].as_f64());
+    let together = json(&f, "stitch --levels whole.usd level.usd -o levels/face.usda --json");
+    assert_documented(&together, "stitch --levels");
+    assert_eq!(together["variants"], serde_json::json!(["LOD0", "LOD1"]));
+    let text = String::from_utf8(f.read("levels/face.usda")).unwrap();
+    assert!(text.contains("@../whole.usd@") && text.contains("@../level.usd@"), "{text}");
+    f.refused("info levels/face.usda", &["face.usda", "variant set LOD", "open a file"]);
+    let said = f.done("stitch --levels whole.usd level.usd -o levels/face.usda");
+    assert!(said.contains("variants LOD0, LOD1, 20 frames"), "{said}");
     let text = f.done("lod face.safetensors -o again");
     assert!(text.contains("again/face.3.safetensors") && text.contains("RMS"), "{text}");
 }

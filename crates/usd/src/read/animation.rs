@@ -4,7 +4,7 @@ use super::images::{has_textures, image};
 use super::lookup::{
     SCALE, attribute, below, default_prim, dictionary, face_of, field, meshes, stated_errors, stated_recipe,
 };
-use super::opened::{Opened, Samples};
+use super::opened::{Opened, Samples, VARIANT_SET};
 use super::shapes::Shapes;
 use crate::channels;
 use crate::compare::differences;
@@ -42,6 +42,14 @@ struct Numbers {
     head: Option<usize>,
 }
 
+/// What to do where a layer has variants, which are left out.
+fn of_variants(unread: &[String]) -> String {
+    let set = unread.iter().find(|what| what.starts_with(VARIANT_SET));
+    set.map_or_else(String::new, |set| {
+        format!("; {set} is not read: open a file that one of its variants has")
+    })
+}
+
 /// The box around the positions.
 #[derive(Clone, Copy)]
 enum Extent {
@@ -62,7 +70,7 @@ impl Animation {
         let Opened { layer, mut samples, unread } = opened;
         let clip = clip_number(&default_prim(&layer).map(clips).unwrap_or_default(), clip, Path::new(&name))?;
         let found = find(&layer, samples.as_mut(), clip).map_err(|fault| match fault {
-            Fault::Found(what) => Error::malformed(format!("{name}: {what}")),
+            Fault::Found(what) => Error::malformed(format!("{name}: {what}{}", of_variants(&unread))),
             Fault::Unread(error) => error,
         });
         let path = path.map(Path::to_owned);

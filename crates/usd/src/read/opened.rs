@@ -3,6 +3,9 @@
 use crate::layer::{Layer, Value};
 use rhytid_core::Result;
 
+/// How [`Opened::unread`] names a variant set: these words, and its name.
+pub(crate) const VARIANT_SET: &str = "the variant set";
+
 /// A layer, and its time samples to be read.
 pub struct Opened {
     /// All but the samples. Attributes that have some are numbered from 0.

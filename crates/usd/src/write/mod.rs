@@ -18,6 +18,7 @@ mod surface;
 mod text;
 mod text_value;
 mod textures;
+mod variants;
 
 pub(crate) use baked::baked_layer;
 pub use baked::{Baked, Goal};
@@ -30,3 +31,4 @@ pub use sample::Sample;
 pub use shapes::write_shapes;
 pub(super) use surface::custom_data;
 pub(crate) use textures::{Assets, accept};
+pub(crate) use variants::write_variants;

@@ -161,7 +161,7 @@ fn write_relationship(out: &mut dyn Write, indent: &str, relationship: &Relation
 }
 
 /// ` (…)`, of an object whose line has the indentation `indent`; nothing if there is none.
-fn write_metadata(out: &mut dyn Write, indent: &str, fields: &Fields) -> io::Result<()> {
+pub(super) fn write_metadata(out: &mut dyn Write, indent: &str, fields: &Fields) -> io::Result<()> {
     if fields.is_empty() {
         return Ok(());
     }

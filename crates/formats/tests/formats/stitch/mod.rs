@@ -1,6 +1,8 @@
 //! Parts put together, as USD's own library plays them, in its oldest and newest tested version, and as we
 //! read them. The programs come from `cargo xtask setup`.
 
+mod levels;
+
 use crate::animation::{Animation, UvKind, with_everything};
 use rhytid_core::{Channel, ChannelKind, Error, Remedy, UpAxis};
 use rhytid_formats::animation::{open, open_within};

@@ -5,6 +5,7 @@ use super::value_rep::{ValueRep, kind};
 use super::values::{Reader, Track};
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier, Value};
 use crate::read::budget::MOST_PRIMS_DEEP;
+use crate::read::opened::VARIANT_SET;
 use rhytid_core::{Error, Result};
 use std::collections::HashMap;
 
@@ -144,7 +145,7 @@ impl Builder<'_> {
                 ("variantSetChildren", _) => {
                     for name in self.names(rep)? {
                         let name = self.reader.owned_token(name)?;
-                        self.unread.push(format!("the variant set {name}"));
+                        self.unread.push(format!("{VARIANT_SET} {name}"));
                     }
                 }
                 ("properties", _) => {

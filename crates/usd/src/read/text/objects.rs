@@ -5,6 +5,7 @@ use super::lexer::{Lexer, Next};
 use super::values;
 use crate::layer::{Attribute, Fields, Layer, Prim, Property, Relationship, Specifier, Value};
 use crate::read::budget::MOST_PRIMS_DEEP;
+use crate::read::opened::VARIANT_SET;
 use rhytid_core::Result;
 use std::collections::HashMap;
 
@@ -67,7 +68,7 @@ impl Parser {
                 "reorder" => self.reorder()?,
                 "variantSet" => {
                     let name = self.lexer.quoted()?;
-                    self.unread.push(format!("the variant set {name}"));
+                    self.unread.push(format!("{VARIANT_SET} {name}"));
                     self.lexer.expect(b'=')?;
                     self.skip_variants()?;
                 }
