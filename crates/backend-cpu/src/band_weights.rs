@@ -1,5 +1,7 @@
 //! The weights of the bands, laid out for the processor.
+use crate::lanes::Lanes;
 use crate::lines::{Line, Line3};
+use pulp::Simd;
 use rhytid_core::{BasisStorage, Rig};
 use rhytid_kernels::bands::kinds;
 use rhytid_kernels::tile::TILE;
@@ -56,16 +58,22 @@ impl BandWeights {
 
     /// The vectors of a tile. Integers are widened into `scratch`, which has a place for each vector.
     #[inline(always)]
-    pub(crate) fn tile<'a>(&'a self, tile: usize, scratch: &'a mut [Line3]) -> &'a [Line3] {
+    pub(crate) fn tile<'a, S: Simd>(&'a self, simd: S, tile: usize, scratch: &'a mut [Line3]) -> &'a [Line3] {
         let Tile { first_single, first_integer } = self.tiles[tile];
         let singles = &self.singles[first_single..];
         let Some(first) = first_integer else { return &singles[..self.vectors] };
         let (rest, examples) = scratch.split_at_mut(self.kinds);
         rest.copy_from_slice(&singles[..self.kinds]);
-        let integers = self.units[first..].iter().zip(&self.integers[first..]);
-        for (out, (unit, rows)) in examples.iter_mut().zip(integers) {
-            for (out, row) in out.iter_mut().zip(rows) {
-                out.0.iter_mut().zip(row).for_each(|(out, &x)| *out = unit * f32::from(x));
+        // One long loop is compiled to vectors.
+        let integers = self.integers[first..first + examples.len()].as_flattened().as_flattened();
+        let numbers: &mut [f32] = bytemuck::cast_slice_mut(examples.as_flattened_mut());
+        numbers.iter_mut().zip(integers).for_each(|(out, &x)| *out = f32::from(x));
+        for (vector, unit) in examples.iter_mut().zip(&self.units[first..]) {
+            let unit = Lanes::splat(simd, *unit);
+            for row in vector {
+                for register in 0..TILE / S::F32_LANES {
+                    (unit * Lanes::load(simd, &row.0, register)).store(&mut row.0, register);
+                }
             }
         }
         scratch

@@ -145,14 +145,14 @@ impl Bands {
         out: &mut [[f32; 3]],
     ) {
         let Scratch { squares: [squares, _], weights, influences: of_edges, anchors } = scratch;
-        let weights = self.weights.tile(tile, weights);
+        let weights = self.weights.tile(simd, tile, weights);
         let (influences, anchors) = (influences.tile(tile, of_edges), self.anchors.tile(tile, anchors));
         let (mut offsets, mut details) = ([Line::ZERO; 3], [Line::ZERO; 3]);
         for register in 0..TILE / S::F32_LANES {
             influences.frame(simd, register, table, None, squares);
             anchors.frame(simd, register, table, Some(EDGES_SHARE as f32), squares);
-            let vector = |j: usize| load3(simd, &weights[j], register);
-            let [mut offset, detail] = self.sums(simd, register, squares, vector);
+            let load = |vector: &Line3| load3(simd, vector, register);
+            let [mut offset, detail] = self.sums(simd, register, squares, weights, load);
             if let Some(excess) = excess {
                 offset = vec3::sub(offset, excess.of_tile(simd, tile, register));
             }
@@ -179,7 +179,7 @@ impl Bands {
         let Scratch { squares, weights, influences: of_edges, anchors: of_handles } = scratch;
         for (i, out) in out.chunks_mut(TILE).enumerate() {
             let tile = first / TILE + i;
-            let weights = self.weights.tile(tile, weights);
+            let weights = self.weights.tile(simd, tile, weights);
             let (influences, anchors) =
                 (influences.tile(tile, of_edges), self.anchors.tile(tile, of_handles));
             for (i, out) in out.chunks_mut(GROUP_VERTICES).enumerate() {
@@ -191,8 +191,8 @@ impl Bands {
                         let lane = first + lane;
                         let excess =
                             excess.map(|excess| excess.of_vertex(simd, tile * TILE + lane, register));
-                        let vector = |j: usize| splat3(simd, &weights[j].each_ref().map(|row| row.0[lane]));
-                        let [mut offset, detail] = self.sums(simd, register, squares, vector);
+                        let load = |vector: &Line3| splat3(simd, &vector.each_ref().map(|row| row.0[lane]));
+                        let [mut offset, detail] = self.sums(simd, register, squares, weights, load);
                         if let Some(excess) = excess {
                             offset = vec3::sub(offset, excess);
                         }
@@ -203,35 +203,49 @@ impl Bands {
         }
     }
 
-    /// o and d from the squared distances, given a and b, then c / 2 and w of each example.
+    /// o and d from the squared distances and the vectors of a tile, of which `load` takes what it needs.
     #[inline(always)]
-    fn sums<S: Simd, W: Fn(usize) -> [Lanes<S>; 3]>(
+    fn sums<S: Simd, L: Fn(&Line3) -> [Lanes<S>; 3]>(
         &self,
         simd: S,
         register: usize,
         squares: &[Line],
-        weight: W,
+        weights: &[Line3],
+        load: L,
     ) -> [[Lanes<S>; 3]; 2] {
-        let kinds = kinds(self.wrinkles);
-        let at_rest = Lanes::load(simd, &squares[0].0, register);
-        let root = at_rest.sqrt();
-        let mut offset = weight(0);
-        let mut detail = if self.wrinkles { weight(1) } else { [Lanes::splat(simd, 0.0); 3] };
-        for (j, squared) in squares.iter().enumerate().skip(1) {
-            let squared = Lanes::load(simd, &squared.0, register);
-            let (along, c) = (at_rest - squared, weight(kinds * j));
-            for axis in 0..3 {
-                offset[axis] = c[axis].mul_add(along, offset[axis]);
-            }
-            if self.wrinkles {
-                let (farther, w) = (squared.sqrt() - root, weight(kinds * j + 1));
-                for axis in 0..3 {
-                    detail[axis] = w[axis].mul_add(farther, detail[axis]);
-                }
-            }
+        match self.wrinkles {
+            true => sums::<S, L, 2>(simd, register, squares, weights, load),
+            false => sums::<S, L, 1>(simd, register, squares, weights, load),
         }
-        [offset, detail]
     }
+}
+
+/// The same for [`kinds`] vectors of each centre: a and b, then c / 2 and w of each example.
+#[inline(always)]
+fn sums<S: Simd, L: Fn(&Line3) -> [Lanes<S>; 3], const KINDS: usize>(
+    simd: S,
+    register: usize,
+    squares: &[Line],
+    weights: &[Line3],
+    load: L,
+) -> [[Lanes<S>; 3]; 2] {
+    let zero = [Lanes::splat(simd, 0.0); 3];
+    let (weights, _) = weights.as_chunks::<KINDS>();
+    let ([at_rest, squares @ ..], [rest, examples @ ..]) = (squares, weights) else { return [zero; 2] };
+    let at_rest = Lanes::load(simd, &at_rest.0, register);
+    let root = at_rest.sqrt();
+    let [mut x, mut y, mut z] = load(&rest[0]);
+    let [mut dx, mut dy, mut dz] = if KINDS > 1 { load(&rest[KINDS - 1]) } else { zero };
+    for (squared, weights) in squares.iter().zip(examples) {
+        let squared = Lanes::load(simd, &squared.0, register);
+        let (along, c) = (at_rest - squared, load(&weights[0]));
+        (x, y, z) = (c[0].mul_add(along, x), c[1].mul_add(along, y), c[2].mul_add(along, z));
+        if KINDS > 1 {
+            let (farther, w) = (squared.sqrt() - root, load(&weights[KINDS - 1]));
+            (dx, dy, dz) = (w[0].mul_add(farther, dx), w[1].mul_add(farther, dy), w[2].mul_add(farther, dz));
+        }
+    }
+    [[x, y, z], [dx, dy, dz]]
 }
 
 /// The result of `stage`, from the basis' result and both bands.

@@ -175,8 +175,12 @@ impl Basis {
             let u = &motions[of_cluster];
             match &self.rows {
                 Rows::F32(rows) => vectors.run(Frame { rows: &rows[range], u, rest: own_rest, out: own_out }),
-                Rows::F16(rows) => narrow_frame(vectors, &rows[range], u, own_rest, own_out, scratch),
-                Rows::I16(rows) => narrow_frame(vectors, &rows[range], u, own_rest, own_out, scratch),
+                Rows::F16(rows) => {
+                    Frame { rows: &rows[range], u, rest: own_rest, out: own_out }.widened(vectors, scratch);
+                }
+                Rows::I16(rows) => {
+                    Frame { rows: &rows[range], u, rest: own_rest, out: own_out }.widened(vectors, scratch);
+                }
             }
             (panels.start, out, rest) = (own.end, others, other_rests);
         }
@@ -227,11 +231,28 @@ fn each_entry(basis: &[f32], handles: usize, mut put: impl FnMut(usize, usize, f
 trait Narrow: Sized {
     /// Writes the rows as floats.
     fn widen(rows: &[Self], out: &mut [PanelRows]);
+
+    /// Computes consecutive vertices in one frame with registers that are widened while they are loaded.
+    /// `false` if the processor cannot.
+    fn widened_while_loading(vectors: Vectors, frame: Frame<'_, Self>) -> bool;
 }
 
 impl Narrow for Fp16Rows {
     fn widen(rows: &[Self], out: &mut [PanelRows]) {
         rows.as_flattened().convert_to_f32_slice(bytemuck::cast_slice_mut(out));
+    }
+
+    #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables))]
+    fn widened_while_loading(vectors: Vectors, frame: Frame<'_, Self>) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = vectors.avx512() {
+            simd.vectorize(
+                #[inline(always)]
+                || frame.with(simd),
+            );
+            return true;
+        }
+        false
     }
 }
 
@@ -241,6 +262,25 @@ impl Narrow for IntegerRows {
             out.0.iter_mut().zip(row).for_each(|(out, &c)| *out = f32::from(c));
         }
     }
+
+    #[cfg_attr(not(target_arch = "x86_64"), expect(unused_variables))]
+    fn widened_while_loading(vectors: Vectors, frame: Frame<'_, Self>) -> bool {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = vectors.avx512() {
+            simd.vectorize(
+                #[inline(always)]
+                || frame.with(simd),
+            );
+            return true;
+        } else if let Some(simd) = vectors.avx2() {
+            simd.vectorize(
+                #[inline(always)]
+                || frame.with(simd),
+            );
+            return true;
+        }
+        false
+    }
 }
 
 /// The rows as floats, in `scratch`.
@@ -248,36 +288,6 @@ fn widened<'a, N: Narrow>(rows: &[N], scratch: &'a mut Vec<PanelRows>) -> &'a [P
     scratch.resize(rows.len(), PanelRows::ZERO);
     N::widen(rows, scratch);
     scratch
-}
-
-/// AVX-512 widens numbers while it loads registers. Otherwise they are widened a panel at a time.
-#[cfg(target_arch = "x86_64")]
-trait NarrowRows: Narrow + Load<pulp::x86::V4> {}
-#[cfg(target_arch = "x86_64")]
-impl<N: Narrow + Load<pulp::x86::V4>> NarrowRows for N {}
-#[cfg(not(target_arch = "x86_64"))]
-use Narrow as NarrowRows;
-
-/// Consecutive vertices in one frame, from rows of numbers of 16 bits.
-fn narrow_frame<N: NarrowRows>(
-    vectors: Vectors,
-    rows: &[N],
-    u: &[[f32; 3]],
-    rest: &[[f32; 3]],
-    out: &mut [[f32; 3]],
-    scratch: &mut Vec<PanelRows>,
-) {
-    #[cfg(target_arch = "x86_64")]
-    if let (Vectors::Widest, Some(simd)) = (vectors, pulp::x86::V4::try_new()) {
-        return simd.vectorize(
-            #[inline(always)]
-            || frame(simd, rows, u, rest, out),
-        );
-    }
-    let panels = rows.chunks_exact(u.len()).zip(rest.chunks(PANEL).zip(out.chunks_mut(PANEL)));
-    for (rows, (rest, out)) in panels {
-        vectors.run(Frame { rows: widened(rows, scratch), u, rest, out });
-    }
 }
 
 /// A row of a panel whose registers can be loaded with `S`.
@@ -311,43 +321,74 @@ impl Load<pulp::x86::V4> for IntegerRows {
     }
 }
 
-/// Consecutive vertices in one frame.
-struct Frame<'a> {
-    rows: &'a [PanelRows],
+#[cfg(target_arch = "x86_64")]
+impl Load<pulp::x86::V3> for IntegerRows {
+    #[inline(always)]
+    fn load(&self, simd: pulp::x86::V3, register: usize) -> pulp::f32x8 {
+        let (registers, _) = self.as_chunks::<8>();
+        let integers = simd.avx2._mm256_cvtepi16_epi32(pulp::cast(registers[register]));
+        pulp::cast(simd.avx._mm256_cvtepi32_ps(integers))
+    }
+}
+
+/// Consecutive vertices in one frame, with rows that are `R`.
+struct Frame<'a, R> {
+    rows: &'a [R],
     u: &'a [[f32; 3]],
     rest: &'a [[f32; 3]],
     out: &'a mut [[f32; 3]],
 }
 
-impl WithSimd for Frame<'_> {
+impl WithSimd for Frame<'_, PanelRows> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
-        frame(simd, self.rows, self.u, self.rest, self.out);
+        self.with(simd);
     }
 }
 
-#[inline(always)]
-fn frame<S: Simd, R: Load<S>>(simd: S, rows: &[R], u: &[[f32; 3]], rest: &[[f32; 3]], out: &mut [[f32; 3]]) {
-    let panels = rows.chunks_exact(u.len()).zip(rest.chunks(PANEL).zip(out.chunks_mut(PANEL)));
-    for (rows, (rest, out)) in panels {
-        for first in (0..PANEL / S::F32_LANES).step_by(REGISTERS) {
-            let mut sum = [[simd.splat_f32s(0.0); REGISTERS]; 3];
-            for (rows, u) in rows.iter().zip(u) {
-                let b: [S::f32s; REGISTERS] = std::array::from_fn(|i| rows.load(simd, first + i));
-                for (sum, u) in sum.iter_mut().zip(u) {
-                    let u = simd.splat_f32s(*u);
-                    for (sum, b) in sum.iter_mut().zip(b) {
-                        *sum = simd.mul_add_f32s(b, u, *sum);
+impl<R: Narrow> Frame<'_, R> {
+    /// Widens the rows while they are loaded, or else a panel at a time.
+    fn widened(self, vectors: Vectors, scratch: &mut Vec<PanelRows>) {
+        let Self { rows, u, rest, out } = self;
+        if R::widened_while_loading(vectors, Frame { rows, u, rest, out }) {
+            return;
+        }
+        let panels = rows.chunks_exact(u.len()).zip(rest.chunks(PANEL).zip(out.chunks_mut(PANEL)));
+        for (rows, (rest, out)) in panels {
+            vectors.run(Frame { rows: widened(rows, scratch), u, rest, out });
+        }
+    }
+}
+
+impl<R> Frame<'_, R> {
+    #[inline(always)]
+    fn with<S: Simd>(self, simd: S)
+    where
+        R: Load<S>,
+    {
+        let Self { rows, u, rest, out } = self;
+        let panels = rows.chunks_exact(u.len()).zip(rest.chunks(PANEL).zip(out.chunks_mut(PANEL)));
+        for (rows, (rest, out)) in panels {
+            for first in (0..PANEL / S::F32_LANES).step_by(REGISTERS) {
+                let mut sums = [[simd.splat_f32s(0.0); 3]; REGISTERS];
+                for (rows, u) in rows.iter().zip(u) {
+                    let u = u.map(|u| simd.splat_f32s(u));
+                    for (i, sum) in sums.iter_mut().enumerate() {
+                        let b = rows.load(simd, first + i);
+                        for (sum, u) in sum.iter_mut().zip(u) {
+                            *sum = simd.mul_add_f32s(b, u, *sum);
+                        }
                     }
                 }
-            }
-            let [x, y, z] = sum.each_ref().map(|sum| bytemuck::cast_slice::<_, f32>(sum));
-            let first = (first * S::F32_LANES).min(out.len());
-            let all = out[first..].iter_mut().zip(&rest[first..]).zip(x.iter().zip(y).zip(z));
-            for ((out, rest), ((x, y), z)) in all {
-                *out = [rest[0] + x, rest[1] + y, rest[2] + z];
+                let sums = [0, 1, 2].map(|axis| sums.map(|sum| sum[axis]));
+                let [x, y, z] = sums.each_ref().map(|sum| bytemuck::cast_slice::<_, f32>(sum));
+                let first = (first * S::F32_LANES).min(out.len());
+                let all = out[first..].iter_mut().zip(&rest[first..]).zip(x.iter().zip(y).zip(z));
+                for ((out, rest), ((x, y), z)) in all {
+                    *out = [rest[0] + x, rest[1] + y, rest[2] + z];
+                }
             }
         }
     }

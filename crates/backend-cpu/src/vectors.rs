@@ -15,6 +15,28 @@ pub(crate) enum Vectors {
 }
 
 impl Vectors {
+    /// AVX-512 if it is the kind.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) fn avx512(self) -> Option<pulp::x86::V4> {
+        match self {
+            Self::Widest => pulp::x86::V4::try_new(),
+            #[cfg(test)]
+            _ => None,
+        }
+    }
+
+    /// AVX2 if it is the kind, or a part of it.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) fn avx2(self) -> Option<pulp::x86::V3> {
+        match self {
+            Self::Widest => pulp::x86::V3::try_new(),
+            #[cfg(test)]
+            Self::Single => None,
+            #[cfg(test)]
+            Self::Avx2(simd) => Some(simd),
+        }
+    }
+
     /// Runs `work` compiled for these vectors. Functions that it calls are compiled for them only if they are
     /// always inlined.
     pub(crate) fn run<W: WithSimd>(self, work: W) -> W::Output {
