@@ -245,7 +245,8 @@ mod tests {
         assert_eq!(per_vertex(chapter, BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
         // Anchors, c and a; smooth positions and normals are not stored between.
         assert_eq!(per_vertex(learned, BasisStorage::F32, 1), 584.0 + 40.0 + 72.0 + 12.0 - 28.0);
-        // Weights of influences have two bytes less. In most tiles those of the examples have a half, and units.
+        // Weights of influences have two bytes less. In most tiles those of the examples have a half, and
+        // units.
         let wide = 584.0 - 178.0 + 40.0 + 72.0 + 12.0 - 28.0 - 2.0 * 24.0;
         let narrow_part = BandWeights::new(learned, BasisStorage::F16).narrow_part();
         let expected = wide - narrow_part * (72.0 - 4.0);
