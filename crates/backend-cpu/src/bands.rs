@@ -55,7 +55,7 @@ impl Bands {
             learned.anchors.map(|h| rig.handles().strain_edges.len() as u32 + h.0).as_slice(),
             learned.anchor_weights.as_slice(),
         );
-        let narrow = storage != BasisStorage::F32 && wrinkles;
+        let narrow = storage.has_narrow_weights(wrinkles);
         Some(Self {
             centers: rig.centers(),
             handles: rig.handles().len(),

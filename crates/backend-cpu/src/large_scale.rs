@@ -246,10 +246,7 @@ impl Narrow for Fp16Rows {
     fn widened_while_loading(vectors: Vectors, frame: Frame<'_, Self>) -> bool {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = vectors.avx512() {
-            simd.vectorize(
-                #[inline(always)]
-                || frame.with(simd),
-            );
+            frame.with_avx512(simd);
             return true;
         }
         false
@@ -267,10 +264,7 @@ impl Narrow for IntegerRows {
     fn widened_while_loading(vectors: Vectors, frame: Frame<'_, Self>) -> bool {
         #[cfg(target_arch = "x86_64")]
         if let Some(simd) = vectors.avx512() {
-            simd.vectorize(
-                #[inline(always)]
-                || frame.with(simd),
-            );
+            frame.with_avx512(simd);
             return true;
         } else if let Some(simd) = vectors.avx2() {
             simd.vectorize(
@@ -363,6 +357,17 @@ impl<R: Narrow> Frame<'_, R> {
 }
 
 impl<R> Frame<'_, R> {
+    #[cfg(target_arch = "x86_64")]
+    fn with_avx512(self, simd: pulp::x86::V4)
+    where
+        R: Load<pulp::x86::V4>,
+    {
+        simd.vectorize(
+            #[inline(always)]
+            || self.with(simd),
+        );
+    }
+
     #[inline(always)]
     fn with<S: Simd>(self, simd: S)
     where

@@ -57,7 +57,7 @@ impl UploadedRig {
             StrainEdgeId::numbers(rig.influences().edges.as_slice()),
             rig.influences().weights.as_slice(),
         );
-        let narrow = storage != BasisStorage::F32 && rig.vector_wrinkles();
+        let narrow = storage.has_narrow_weights(rig.vector_wrinkles());
         let center = rotations
             .as_ref()
             .map_or(0, |rotations| rig.handles().points[rotations.center()].nearest_vertex().index());

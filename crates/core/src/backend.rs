@@ -81,6 +81,12 @@ pub enum BasisStorage {
 }
 
 impl BasisStorage {
+    /// Whether devices keep the weights of the bands in 16 bits ([`Rig::as_stored`]). `vector_wrinkles` is
+    /// [`Rig::vector_wrinkles`].
+    pub fn has_narrow_weights(self, vector_wrinkles: bool) -> bool {
+        self != Self::F32 && vector_wrinkles
+    }
+
     /// Its name in reports.
     pub const fn name(self) -> &'static str {
         match self {

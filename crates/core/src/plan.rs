@@ -369,7 +369,7 @@ impl Plan {
 
     /// Whether the weights of influences have 16 bits.
     fn narrow(&self) -> bool {
-        self.storage != BasisStorage::F32 && self.sizes.vector_wrinkles
+        self.storage.has_narrow_weights(self.sizes.vector_wrinkles)
     }
 
     /// The parameters of `kernel` for `part`.

@@ -61,7 +61,7 @@ impl Strains {
 impl Rounded {
     /// `None` if this storage keeps the weights as they are.
     pub(crate) fn of(rig: &Rig, storage: BasisStorage) -> Option<Self> {
-        let learned = rig.learned().filter(|_| storage != BasisStorage::F32 && rig.vector_wrinkles())?;
+        let learned = rig.learned().filter(|_| storage.has_narrow_weights(rig.vector_wrinkles()))?;
         let kept = |x: &f32| weight_of_bits(bits_of_weight(*x));
         let mut rounded = Self {
             alphas: rig.influences().weights.map(kept),

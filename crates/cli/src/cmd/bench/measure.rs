@@ -187,7 +187,7 @@ pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
     let index = if rig.handles().strain_edges.len() <= 256 { 1 } else { 2 };
     let (position, neighbor) = (12, 4);
     let wrinkles = rig.vector_wrinkles();
-    let weight = if wrinkles && options.basis != BasisStorage::F32 { 2 } else { 4 };
+    let weight = if options.basis.has_narrow_weights(wrinkles) { 2 } else { 4 };
     let influences = (index + weight) * rig.influences().per_vertex();
     let detail = influences + if wrinkles { 0 } else { 12 * rig.centers() };
     // The bands read the same influences as the detail.
