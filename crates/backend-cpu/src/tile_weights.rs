@@ -104,10 +104,12 @@ impl TileWeights {
                 if scratch.len() < range.len() {
                     scratch.resize(range.len(), Line::ZERO);
                 }
-                for (out, row) in scratch.iter_mut().zip(&rows[range]) {
-                    out.0.iter_mut().zip(row).for_each(|(out, bits)| *out = weight_of_bits(*bits));
-                }
-                &scratch[..indices.len()]
+                let widened = &mut scratch[..range.len()];
+                // One long loop is compiled to vectors.
+                let (out, bits): (&mut [f32], &[u16]) =
+                    (bytemuck::cast_slice_mut(widened), rows[range].as_flattened());
+                out.iter_mut().zip(bits).for_each(|(out, &bits)| *out = weight_of_bits(bits));
+                widened
             }
         };
         TileRows { indices, weights }

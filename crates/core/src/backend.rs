@@ -3,6 +3,7 @@ use crate::listed::listed;
 use crate::{Animator, ClusteredBasis, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
+use rhytid_kernels::Real;
 use std::time::Duration;
 
 listed! {
@@ -30,7 +31,7 @@ listed! {
 
 impl Stage {
     /// Numbers this stage has per frame for `rig`.
-    pub fn values_per_frame<T: rhytid_kernels::Real>(self, rig: &Rig<T>) -> usize {
+    pub fn values_per_frame<T: Real>(self, rig: &Rig<T>) -> usize {
         match self {
             Stage::Strain => rig.handles().strain_edges.len(),
             _ => rig.vertices() * 3,
@@ -96,10 +97,15 @@ impl BasisStorage {
         }
     }
 
-    /// A bound of how far what a device keeps moves any vertex of `rig` along an axis, as a part of the
-    /// largest displacement of a handle. Counted are the basis and, where the wrinkles are functions of
-    /// vector strains, the weights of the bands ([`Rig::as_stored`]). Where handles turn, vertices move more,
-    /// and so do the errors: the bound leaves this out. 0 for [`BasisStorage::F32`].
+    /// The motion of handles for which errors are stated: 30 mm, in the rig's mesh units.
+    pub fn motion<T: Real>(rig: &Rig<T>) -> f64 {
+        0.03 / rig.surface().metres_per_unit
+    }
+
+    /// A bound of how far what a device keeps moves any vertex of `rig` along an axis, in mesh units, if no
+    /// handle moves farther than [`BasisStorage::motion`]. Counted are the basis and, where the wrinkles are
+    /// functions of vector strains, the weights of the bands ([`Rig::as_stored`]). Where handles turn,
+    /// vertices move more, and so do the errors: the bound leaves this out. 0 for [`BasisStorage::F32`].
     pub fn largest_error(self, rig: &Rig) -> f64 {
         let of_rows: Vec<f64> = match self {
             Self::F32 => return 0.0,
@@ -113,8 +119,8 @@ impl BasisStorage {
                 (0..rig.vertices()).map(|v| cluster(v).largest_error).collect()
             }
         };
-        let sums = of_rows.iter().zip(rig.errors_of_bands(self)).map(|(of_row, of_bands)| of_row + of_bands);
-        sums.fold(0.0, f64::max)
+        let errors = of_rows.iter().zip(rig.errors_of_bands(self));
+        errors.map(|(of_row, of_bands)| of_row * Self::motion(rig) + of_bands).fold(0.0, f64::max)
     }
 }
 

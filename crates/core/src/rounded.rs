@@ -19,12 +19,13 @@ pub(crate) struct Rounded {
     rbf_weights: Table<[f32; 3]>,
 }
 
-/// The vector strains of examples, and how fast those of a frame can grow.
+/// The vector strains of examples and of frames in which no handle moves farther than
+/// [`BasisStorage::motion`].
 struct Strains {
     /// D, P×(F + H).
     examples: Table<[f64; 3]>,
-    /// The largest |D_e| if no handle moves by more than 1, F + H.
-    slopes: Vec<f64>,
+    /// The largest |D_e| of such a frame, F + H.
+    farthest: Vec<f64>,
 }
 
 impl Strains {
@@ -32,15 +33,29 @@ impl Strains {
         let edges = rig.handles().strain_edges.len();
         // The two ends of a strain edge can move apart by twice as much as either moves.
         let ends = |e: usize| if e < edges { 2.0 } else { 1.0 };
-        let lengths = rig.handles().feature_lengths();
-        let slopes = lengths.iter().enumerate().map(|(e, length)| ends(e) / length).collect();
-        Self { examples: rig.widened_example_vectors(), slopes }
+        let motion = BasisStorage::motion(rig);
+        let lengths = rig.handles().feature_lengths().into_iter().zip(rig.feature_limits());
+        let farthest = lengths.enumerate().map(|(e, (length, limit))| {
+            // Strains are followed up to their limits.
+            (ends(e) * motion / length).min(limit.into())
+        });
+        Self { examples: rig.widened_example_vectors(), farthest: farthest.collect() }
     }
 
-    /// How far a vertex with these influences can move along an axis if c of the examples changes by
-    /// `of_bands`, and w by `of_wrinkles`, and no handle moves by more than 1.
+    /// A bound of how far a vertex with these influences moves along an axis if c of the examples changes by
+    /// `of_bands`, and w by `of_wrinkles`.
     fn error(&self, omegas: &[(usize, f64)], of_bands: &[[f64; 3]], of_wrinkles: &[[f64; 3]]) -> f64 {
-        let square: f64 = omegas.iter().map(|&(e, omega)| omega * self.slopes[e].powi(2)).sum();
+        // A distance ‖D − D_p‖ differs from ‖D‖ and from ‖D_p‖ by at most the other one. What counts is how
+        // ‖D − D_p‖ − ‖D‖ differs from −‖D_p‖, which it is at rest.
+        let length = |square: &dyn Fn(usize) -> f64| {
+            omegas.iter().map(|&(e, omega)| omega * square(e)).sum::<f64>().sqrt()
+        };
+        let farthest = length(&|e| self.farthest[e].powi(2));
+        let distances: Vec<f64> = of_wrinkles
+            .iter()
+            .zip(self.examples.rows())
+            .map(|(_, strains)| 2.0 * farthest.min(length(&|e| vec3::dot(strains[e], strains[e]))))
+            .collect();
         let of_axis = |axis: usize| {
             let mut error = 0.0;
             for &(e, omega) in omegas {
@@ -48,11 +63,10 @@ impl Strains {
                 for (change, strains) in of_bands.iter().zip(self.examples.rows()) {
                     sum = vec3::add(sum, strains[e].map(|d| change[axis] * d));
                 }
-                error += omega * self.slopes[e] * vec3::length(sum);
+                error += omega * self.farthest[e] * vec3::length(sum);
             }
-            // Each distance changes by at most ‖D‖.
-            let changes: f64 = of_wrinkles.iter().map(|change| change[axis].abs()).sum();
-            error + 2.0 * square.sqrt() * changes
+            let of_wrinkles = of_wrinkles.iter().zip(&distances);
+            error + of_wrinkles.map(|(change, distance)| change[axis].abs() * distance).sum::<f64>()
         };
         (0..3).map(of_axis).fold(0.0, f64::max)
     }
@@ -70,10 +84,11 @@ impl Rounded {
             rbf_weights: rig.fine_scale().rbf_weights.clone(),
         };
         let strains = Strains::new(rig);
+        let largest_error = ClusteredBasis::LARGEST_ERROR * BasisStorage::motion(rig);
         let mut is_held = vec![false; rig.vertices()];
         rig.handles().held().for_each(|v: VertexId| is_held[v.index()] = true);
         let tiles = rig.vertices().div_ceil(TILE);
-        let of_tile = |tile: usize| rounded.tile(rig, &strains, &is_held, tile);
+        let of_tile = |tile: usize| rounded.tile(rig, &strains, largest_error, &is_held, tile);
         let all: Vec<Option<Vec<[[f32; 3]; 2]>>> = (0..tiles).into_par_iter().map(of_tile).collect();
         let examples = rig.examples().len();
         for (tile, vectors) in all.into_iter().enumerate() {
@@ -100,6 +115,7 @@ impl Rounded {
         &self,
         rig: &Rig,
         strains: &Strains,
+        largest_error: f64,
         is_held: &[bool],
         tile: usize,
     ) -> Option<Vec<[[f32; 3]; 2]>> {
@@ -132,7 +148,7 @@ impl Rounded {
             }
             let [of_bands, of_wrinkles] = &changes;
             let error = strains.error(&self.omegas(rig, v), of_bands, of_wrinkles);
-            if error > ClusteredBasis::LARGEST_ERROR || (is_held[v] && error > 0.0) {
+            if error > largest_error || (is_held[v] && error > 0.0) {
                 return None;
             }
         }
@@ -195,9 +211,10 @@ impl Rig {
         Self::new(parts)
     }
 
-    /// A bound for each of the V vertices of how far 16 bits move it along an axis, as a part of the largest
-    /// displacement of a handle. 0 if this storage keeps the weights as they are. Changes of α and ν count
-    /// for the linear band alone: a distance of the wrinkles changes by at most a 4096th.
+    /// A bound for each of the V vertices of how far 16 bits move it along an axis, in mesh units, if no
+    /// handle moves farther than [`BasisStorage::motion`]. 0 if this storage keeps the weights as they are.
+    /// Changes of α and ν count for the linear band alone: a distance of the wrinkles changes by at most a
+    /// 4096th.
     pub(crate) fn errors_of_bands(&self, storage: BasisStorage) -> Vec<f64> {
         let Some(rounded) = Rounded::of(self, storage) else { return vec![0.0; self.vertices()] };
         let Some(learned) = self.learned() else { return vec![0.0; self.vertices()] };

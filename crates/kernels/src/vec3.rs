@@ -14,6 +14,13 @@ pub fn add<T: Number>(a: [T; 3], b: [T; 3]) -> [T; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
+/// s a.
+#[inline(always)]
+pub fn scaled<T: Number>(a: [T; 3], s: T) -> [T; 3] {
+    // `map` is not compiled for the vectors that its caller is compiled for.
+    [a[0] * s, a[1] * s, a[2] * s]
+}
+
 /// a · b.
 #[inline(always)]
 pub fn dot<T: Number>(a: [T; 3], b: [T; 3]) -> T {
@@ -39,7 +46,6 @@ pub fn length<T: Number>(a: [T; 3]) -> T {
 pub fn normalize<T: Number>(a: [T; 3]) -> [T; 3] {
     let largest = a[0].abs().max(a[1].abs()).max(a[2].abs());
     let scale = largest.or_smallest_normal().reciprocal();
-    let scaled = a.map(|c| c * scale);
-    let scale = length(scaled).or_one().reciprocal();
-    scaled.map(|c| c * scale)
+    let a = scaled(a, scale);
+    scaled(a, length(a).or_one().reciprocal())
 }

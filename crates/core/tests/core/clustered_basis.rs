@@ -31,7 +31,7 @@ fn no_row_is_farther_from_the_basis_than_the_bound() {
     assert!(largest < ClusteredBasis::LARGEST_ERROR + 1e-6, "{largest}");
     assert!((largest - clusters.largest_error()).abs() < 1e-6, "{largest}, {}", clusters.largest_error());
     // The weights of the bands add to it.
-    let of_all = BasisStorage::Clustered.largest_error(&rig);
+    let of_all = BasisStorage::Clustered.largest_error(&rig) / BasisStorage::motion(&rig);
     assert!(of_all > clusters.largest_error() && of_all < 4.0 * ClusteredBasis::LARGEST_ERROR, "{of_all}");
     // Near the bound: a tenth of it would take more rows.
     assert!(largest > 0.5 * ClusteredBasis::LARGEST_ERROR, "{largest}");

@@ -28,14 +28,15 @@ impl Params {
 #[inline(always)]
 pub fn tangent_frame<T: Number>(to_neighbor: [T; 3], n: [T; 3]) -> [[T; 3]; 3] {
     let along = vec3::dot(to_neighbor, n);
-    let t = vec3::normalize(std::array::from_fn(|c| to_neighbor[c] - along * n[c]));
+    let t = vec3::normalize(vec3::sub(to_neighbor, vec3::scaled(n, along)));
     [t, vec3::cross(n, t), n]
 }
 
 /// x̃ + R d.
 #[inline(always)]
 pub fn add_detail<T: Number>(large_scale: [T; 3], [t, b, n]: [[T; 3]; 3], d: [T; 3]) -> [T; 3] {
-    std::array::from_fn(|c| large_scale[c] + (t[c] * d[0] + b[c] * d[1] + n[c] * d[2]))
+    let [t, b, n] = [vec3::scaled(t, d[0]), vec3::scaled(b, d[1]), vec3::scaled(n, d[2])];
+    vec3::add(large_scale, vec3::add(vec3::add(t, b), n))
 }
 
 /// The reference.
@@ -54,7 +55,7 @@ pub fn fine_scale<T: Real>(
             let v = params.first_vertex as usize + i;
             let (smooth, d) = (large_scale_positions[first + v], local_detail[first + v]);
             if params.mesh_axes != 0 {
-                positions[first + v] = std::array::from_fn(|c| smooth[c] + d[c]);
+                positions[first + v] = vec3::add(smooth, d);
                 continue;
             }
             let neighbor = large_scale_positions[first + tangent_neighbors[v] as usize];

@@ -124,8 +124,8 @@ impl RigInfo {
             row(
                 "basis as fp16",
                 format!(
-                    "moves a vertex by at most {} % of the largest displacement",
-                    human::number(100.0 * self.f16_error)
+                    "moves no vertex by more than {} mm if handles move by up to 30 mm",
+                    human::number(1000.0 * self.metres_per_unit * self.f16_error)
                 ),
             ),
             row(
