@@ -11,8 +11,9 @@ pub(crate) struct Host {
 
 impl Host {
     pub(crate) fn open(target: Target, [width, height]: [u32; 2]) -> Result<Self, Box<dyn Error>> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default()))?;
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let adapter = wgpu::util::initialize_adapter_from_env_or_default(&instance, None);
+        let adapter = pollster::block_on(adapter)?;
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default()))?;
         let texture = |format, more| {
             device.create_texture(&wgpu::TextureDescriptor {

@@ -73,7 +73,8 @@ operator!(Div, div, div_f32s);
 impl<S: Simd> Number for Lanes<S> {
     #[inline(always)]
     fn abs(self) -> Self {
-        Self(self.0, self.0.abs_f32s(self.1))
+        // `abs_f32s` is not always inlined, so that its instructions would be function calls.
+        self.max(Self::splat(self.0, 0.0) - self)
     }
     #[inline(always)]
     fn max(self, other: Self) -> Self {

@@ -7,7 +7,6 @@ use crate::mesh::{BlockMesh, MeshScratch};
 use crate::tile_weights::{CellTable, FrameCells, TileWeights};
 use crate::times::Times;
 use crate::uploaded::{Inputs, UploadedRig};
-use glam::{Mat4, Vec4};
 use pulp::{Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Stage;
@@ -282,22 +281,11 @@ fn fine_tile<S: Simd>(simd: S, own: &Line3, neighbors: &Line3, normals: &Line3, 
 /// Writes the first vectors of a tile, as many as `out` has.
 #[inline(always)]
 fn interleave(lines: &Line3, out: &mut [[f32; 3]]) {
-    if let ([out], []) = out.as_chunks_mut::<TILE>() {
-        let out = out.as_flattened_mut();
-        for lane in (0..TILE).step_by(4) {
-            let [x, y, z] = lines.each_ref().map(|line| Vec4::from_slice(&line.0[lane..]));
-            let vectors = Mat4::from_cols(x, y, z, Vec4::ZERO).transpose().to_cols_array_2d();
-            // Vectors are written four numbers at a time. The fourth is in the next vector's place, and is
-            // overwritten.
-            for (i, vector) in vectors.iter().enumerate() {
-                let first = 3 * (lane + i);
-                let numbers = vector.len().min(out.len() - first);
-                out[first..first + numbers].copy_from_slice(&vector[..numbers]);
-            }
-        }
-    } else {
-        for (lane, out) in out.iter_mut().enumerate() {
-            *out = lines.each_ref().map(|line| line.0[lane]);
-        }
+    let [x, y, z] = lines;
+    let of_lane = |lane: usize| [x.0[lane], y.0[lane], z.0[lane]];
+    match out.as_chunks_mut::<TILE>() {
+        // A loop of known length is compiled to vectors.
+        ([out], []) => out.iter_mut().enumerate().for_each(|(lane, out)| *out = of_lane(lane)),
+        _ => out.iter_mut().enumerate().for_each(|(lane, out)| *out = of_lane(lane)),
     }
 }

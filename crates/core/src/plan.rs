@@ -277,6 +277,11 @@ impl Plan {
         &self.buffers
     }
 
+    /// Where the handles turn, the vertex whose rest position they turn about. 0 elsewhere.
+    pub fn center(&self) -> u32 {
+        self.center
+    }
+
     /// The size of all buffers together.
     pub fn bytes(&self) -> u64 {
         self.buffers.iter().map(|buffer| buffer.bytes).sum()

@@ -52,6 +52,7 @@ mod offscreen;
 mod overlay;
 mod parts;
 mod picture;
+mod posed;
 mod read_back;
 mod renderer;
 mod sheet;

@@ -5,10 +5,11 @@ use crate::heat::Heat;
 use crate::image::Images;
 use crate::look::{Look, SKIN, WIRE};
 use crate::picture::Picture;
+use crate::posed::Posed;
 use crate::target::Target;
 use crate::textured::{Surface, Textured};
 use crate::vertices::Vertices;
-use rhytid_core::{Error, Faces, Result, human};
+use rhytid_core::{Error, Faces, Result, Rig, human};
 use std::num::NonZeroU64;
 
 /// Words of the uniforms: two matrices, a colour, a range and a table of colours.
@@ -26,6 +27,7 @@ pub struct Renderer {
     images: Images,
     matcap: wgpu::BindGroup,
     textured: Option<Textured>,
+    posed: Option<Posed>,
     /// Smooth, Gouraud, flat, the surface behind a wireframe, heat, lit heat, wire, matcap.
     pipelines: [wgpu::RenderPipeline; 8],
     triangles: wgpu::Buffer,
@@ -97,6 +99,7 @@ impl Renderer {
                 group,
                 matcap: images.group(device, queue, &Picture::clay()),
                 textured: None,
+                posed: None,
                 pipelines: pipelines(device, &layout, &images.layout, target),
                 images,
                 layout,
@@ -142,6 +145,79 @@ impl Renderer {
         };
         self.textured = Some(crate::checked(&self.device, "taking textures", textured)?);
         Ok(())
+    }
+
+    /// Takes a rig that [`Renderer::draw_posed`] evaluates while it draws. It is the rig of the mesh that the
+    /// renderer was made for.
+    ///
+    /// The rig is kept in textures, with its basis in clusters. So it also runs on a device without compute
+    /// shaders and without storage buffers, such as that of a browser with WebGL 2.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the wrinkles of the rig are not functions of vector strains, or if it is too large
+    /// for the device. [`Error::Device`], such as for lack of memory.
+    pub fn set_rig(&mut self, rig: &Rig) -> Result<()> {
+        self.posed = Some(Posed::new(&self.device, &self.queue, &self.layout, self.target, rig)?);
+        Ok(())
+    }
+
+    /// The bytes of the rig's textures, where there is a rig.
+    pub fn rig_bytes(&self) -> Option<u64> {
+        self.posed.as_ref().map(Posed::bytes)
+    }
+
+    /// Sends a frame of the rig: the positions of its H handles, 3 numbers each. [`Renderer::draw_posed`]
+    /// draws it from then on. Where `placed` is true, one pass computes all vertices first. The normals of
+    /// [`Look::Smooth`] need it.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no rig, if the number of positions is another, or if one is not finite.
+    /// [`Error::Device`].
+    pub fn pose(&mut self, handle_positions: &[f32], placed: bool) -> Result<()> {
+        let posed = self.posed()?;
+        posed.send(handle_positions)?;
+        if placed {
+            crate::checked(&self.device, "placing the vertices", || posed.place())?;
+        }
+        Ok(())
+    }
+
+    /// The V positions that [`Renderer::pose`] placed last. Waits for them.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no rig. [`Error::Device`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_placed(&self) -> Result<Vec<[f32; 3]>> {
+        pollster::block_on(self.posed()?.read_positions())
+    }
+
+    /// Draws the frame of the rig that was sent last into a pass, as [`Renderer::draw`] does. The vertex
+    /// shader evaluates the rig for [`Look::Flat`]. For [`Look::Smooth`] it takes the vertices that were
+    /// placed, and computes their normals.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no rig, or the look is another one.
+    pub fn draw_posed(&self, pass: &mut wgpu::RenderPass<'_>) -> Result<()> {
+        let posed = self.posed()?;
+        pass.set_bind_group(0, &self.group, &[]);
+        pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
+        let indices = (self.triangles.size() / 4) as u32;
+        match self.look {
+            Look::Smooth => posed.draw_smooth(pass, indices),
+            Look::Flat => posed.draw_flat(pass, indices),
+            _ => {
+                return Err(Error::mismatch(
+                    "a rig in textures is drawn smooth or flat, not in another look",
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn posed(&self) -> Result<&Posed> {
+        self.posed
+            .as_ref()
+            .ok_or_else(|| Error::empty("a rig is to be drawn, and the renderer was given none"))
     }
 
     /// Whether the device has textures as large as `image`.

@@ -2,6 +2,7 @@
 
 mod limits;
 mod looks;
+mod posed;
 mod skin;
 
 use rhytid_backend_wgpu::Wgpu;
