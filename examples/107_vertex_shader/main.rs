@@ -75,7 +75,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     {
         let begin = Instant::now();
         for frame in &frames {
-            renderer.pose(frame, look == Look::Smooth)?;
+            renderer.pose(frame)?;
+            if look == Look::Smooth {
+                renderer.place()?;
+            }
             renderer.show(&camera, 0.75, look);
             host.frame(|pass| renderer.draw_posed(pass))?;
         }

@@ -38,6 +38,7 @@
 mod animated_image;
 mod animated_webp;
 mod camera;
+mod data_texture;
 #[cfg(feature = "film")]
 mod film;
 mod frame_buffers;

@@ -1,4 +1,5 @@
 //! A rig that shaders evaluate while they draw it, without compute shaders and without storage buffers.
+use crate::data_texture::{WIDTH, bytes_of, bytes_of_texel, filled, texture, write};
 use crate::read_back::mapped;
 use crate::target::Target;
 use bytemuck::{Pod, Zeroable};
@@ -8,9 +9,6 @@ use rhytid_kernels::differences::table_len;
 use rhytid_kernels::table::Buffer;
 use rhytid_kernels::vector_differences::{self, vector_differences};
 use std::num::NonZeroU64;
-
-/// Texels of a row, in every texture: what any device with WebGL 2 has.
-const WIDTH: usize = 2_048;
 
 /// The arrays of the kernels that are textures of words, in the order of their bindings.
 const EVALUATED: [Buffer; 8] = [
@@ -67,6 +65,8 @@ pub(crate) struct Posed {
     flat: wgpu::RenderPipeline,
     smooth: wgpu::RenderPipeline,
     bytes: u64,
+    /// Whether the vertices are those of the frame that was sent last.
+    is_placed: bool,
 }
 
 impl Posed {
@@ -83,8 +83,8 @@ impl Posed {
     ) -> Result<Self> {
         if !rig.vector_wrinkles() {
             return Err(Error::mismatch(
-                "a rig whose wrinkles are functions of strain lengths, or of the chapter's method: shaders that draw need \
-                 wrinkles of vector strains; solve it by the learned method with wrinkle_strains = \"vectors\"",
+                "a rig whose wrinkles are not functions of vector strains, which shaders that draw need; solve it by \
+                 the learned method with wrinkle_strains = \"vectors\"",
             ));
         }
         let everything = PlanLimits { max_binding_bytes: u64::MAX, max_workgroups: u32::MAX };
@@ -155,6 +155,7 @@ impl Posed {
                 frame,
                 positions,
                 bytes,
+                is_placed: false,
                 device: device.clone(),
                 queue: queue.clone(),
                 vertices: rig.vertices(),
@@ -178,7 +179,7 @@ impl Posed {
     ///
     /// # Errors
     /// [`Error::Input`] if their number is another, or one is not finite.
-    pub(crate) fn send(&self, handle_positions: &[f32]) -> Result<()> {
+    pub(crate) fn send(&mut self, handle_positions: &[f32]) -> Result<()> {
         let expected = self.plan.values_per_frame();
         if handle_positions.len() != expected || !handle_positions.iter().all(|x| x.is_finite()) {
             return Err(Error::mismatch(format!(
@@ -200,6 +201,7 @@ impl Posed {
         for (texture, numbers) in self.frame.iter().zip(numbers) {
             write(&self.queue, texture, bytemuck::cast_slice(&numbers));
         }
+        self.is_placed = false;
         Ok(())
     }
 
@@ -244,7 +246,7 @@ impl Posed {
     }
 
     /// Places all vertices of the frame that was sent, for [`Posed::draw_smooth`].
-    pub(crate) fn place(&self) {
+    pub(crate) fn place(&mut self) {
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let view = self.positions.create_view(&wgpu::TextureViewDescriptor::default());
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -265,6 +267,11 @@ impl Posed {
         pass.draw(0..3, 0..1);
         drop(pass);
         self.queue.submit([encoder.finish()]);
+        self.is_placed = true;
+    }
+
+    pub(crate) fn is_placed(&self) -> bool {
+        self.is_placed
     }
 
     /// Draws the vertices that were placed, with their normals.
@@ -287,7 +294,7 @@ impl Posed {
     ///
     /// # Errors
     /// [`Error::Device`].
-    pub(crate) async fn read_positions(&self) -> Result<Vec<[f32; 3]>> {
+    pub(crate) fn read_positions(&self) -> Result<impl Future<Output = Result<Vec<[f32; 3]>>> + use<>> {
         const DOING: &str = "reading positions";
         let buffer = crate::checked(&self.device, DOING, || {
             let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
@@ -307,72 +314,13 @@ impl Posed {
             self.queue.submit([encoder.finish()]);
             buffer
         })?;
-        let numbers: Vec<[f32; 4]> =
-            bytemuck::pod_collect_to_vec(&mapped(&self.device, &buffer, DOING).await?);
-        Ok(numbers.iter().take(self.vertices).map(|&[x, y, z, _]| [x, y, z]).collect())
+        let (device, vertices) = (self.device.clone(), self.vertices);
+        Ok(async move {
+            let bytes = mapped(&device, &buffer, DOING).await?;
+            let numbers: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&bytes);
+            Ok(numbers.iter().take(vertices).map(|&[x, y, z, _]| [x, y, z]).collect())
+        })
     }
-}
-
-/// A texture for so many texels.
-fn texture(
-    device: &wgpu::Device,
-    format: wgpu::TextureFormat,
-    texels: usize,
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("rig"),
-        size: wgpu::Extent3d {
-            width: WIDTH as u32,
-            height: texels.div_ceil(WIDTH).max(1) as u32,
-            depth_or_array_layers: 1,
-        },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_SRC | usage,
-        view_formats: &[],
-    })
-}
-
-fn filled(device: &wgpu::Device, queue: &wgpu::Queue, words: &[u32]) -> wgpu::Texture {
-    let texture = texture(device, wgpu::TextureFormat::R32Uint, words.len(), wgpu::TextureUsages::COPY_DST);
-    write(queue, &texture, bytemuck::cast_slice(words));
-    texture
-}
-
-/// Writes the first bytes of a texture: whole rows, and then a part of one.
-fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, bytes: &[u8]) {
-    let texel = bytes_of_texel(texture);
-    let row = WIDTH * texel;
-    let (whole, part) = bytes.split_at(bytes.len() / row * row);
-    let rows = (whole.len() / row) as u32;
-    for (first, rows, bytes) in [(0, rows, whole), (rows, 1, part)] {
-        let width = (bytes.len() / texel / rows.max(1) as usize) as u32;
-        if bytes.is_empty() {
-            continue;
-        }
-        let to = wgpu::TexelCopyTextureInfo {
-            origin: wgpu::Origin3d { x: 0, y: first, z: 0 },
-            ..texture.as_image_copy()
-        };
-        let layout = wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(width * texel as u32),
-            rows_per_image: None,
-        };
-        let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
-        queue.write_texture(to, bytes, layout, size);
-    }
-}
-
-fn bytes_of_texel(texture: &wgpu::Texture) -> usize {
-    if texture.format() == wgpu::TextureFormat::R32Uint { 4 } else { 16 }
-}
-
-fn bytes_of(texture: &wgpu::Texture) -> u64 {
-    u64::from(texture.width()) * u64::from(texture.height()) * bytes_of_texel(texture) as u64
 }
 
 fn entry(binding: u32, ty: wgpu::BindingType) -> wgpu::BindGroupLayoutEntry {

@@ -151,7 +151,7 @@ impl Renderer {
     /// renderer was made for.
     ///
     /// The rig is kept in textures, with its basis in clusters. So it also runs on a device without compute
-    /// shaders and without storage buffers, such as that of a browser with WebGL 2.
+    /// shaders and without storage buffers. The limits of WebGL 2 are enough.
     ///
     /// # Errors
     /// [`Error::Input`] if the wrinkles of the rig are not functions of vector strains, or if it is too large
@@ -166,44 +166,60 @@ impl Renderer {
         self.posed.as_ref().map(Posed::bytes)
     }
 
-    /// Sends a frame of the rig: the positions of its H handles, 3 numbers each. [`Renderer::draw_posed`]
-    /// draws it from then on. Where `placed` is true, one pass computes all vertices first. The normals of
-    /// [`Look::Smooth`] need it.
+    /// Sends a frame of the rig: the positions of its H handles, 3 numbers each.
     ///
     /// # Errors
     /// [`Error::Input`] if there is no rig, if the number of positions is another, or if one is not finite.
-    /// [`Error::Device`].
-    pub fn pose(&mut self, handle_positions: &[f32], placed: bool) -> Result<()> {
-        let posed = self.posed()?;
-        posed.send(handle_positions)?;
-        if placed {
-            crate::checked(&self.device, "placing the vertices", || posed.place())?;
-        }
-        Ok(())
+    pub fn pose(&mut self, handle_positions: &[f32]) -> Result<()> {
+        let posed = self.posed.as_mut().ok_or_else(no_rig)?;
+        posed.send(handle_positions)
     }
 
-    /// The V positions that [`Renderer::pose`] placed last. Waits for them.
+    /// Computes all vertices of the frame that was sent, in a pass of its own. [`Look::Smooth`] needs this,
+    /// since a normal needs the vertices around its vertex.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no rig. [`Error::Device`].
+    pub fn place(&mut self) -> Result<()> {
+        let posed = self.posed.as_mut().ok_or_else(no_rig)?;
+        crate::checked(&self.device, "placing the vertices", || posed.place())
+    }
+
+    /// The V positions that [`Renderer::place`] computed last. Waits for them.
     ///
     /// # Errors
     /// [`Error::Input`] if there is no rig. [`Error::Device`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn read_placed(&self) -> Result<Vec<[f32; 3]>> {
-        pollster::block_on(self.posed()?.read_positions())
+        pollster::block_on(self.read_placed_async()?)
     }
 
-    /// Draws the frame of the rig that was sent last into a pass, as [`Renderer::draw`] does. The vertex
-    /// shader evaluates the rig for [`Look::Flat`]. For [`Look::Smooth`] it takes the vertices that were
-    /// placed, and computes their normals.
+    /// [`Renderer::read_placed`] for browsers, which do not allow waiting. Elsewhere it waits within the
+    /// first poll.
     ///
     /// # Errors
-    /// [`Error::Input`] if there is no rig, or the look is another one.
+    /// As [`Renderer::read_placed`].
+    pub fn read_placed_async(&self) -> Result<impl Future<Output = Result<Vec<[f32; 3]>>> + use<>> {
+        self.posed()?.read_positions()
+    }
+
+    /// Draws the frame of the rig that was sent last into a pass, as [`Renderer::draw`] does. For
+    /// [`Look::Flat`] the vertex shader evaluates the rig. For [`Look::Smooth`] it takes the vertices that
+    /// [`Renderer::place`] computed, and computes their normals.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is no rig, if the vertices are not placed for a smooth look, or if the look
+    /// is another one.
     pub fn draw_posed(&self, pass: &mut wgpu::RenderPass<'_>) -> Result<()> {
         let posed = self.posed()?;
         pass.set_bind_group(0, &self.group, &[]);
         pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
         let indices = (self.triangles.size() / 4) as u32;
         match self.look {
-            Look::Smooth => posed.draw_smooth(pass, indices),
+            Look::Smooth if posed.is_placed() => posed.draw_smooth(pass, indices),
+            Look::Smooth => {
+                return Err(Error::empty("a smooth frame is to be drawn, and its vertices were not placed"));
+            }
             Look::Flat => posed.draw_flat(pass, indices),
             _ => {
                 return Err(Error::mismatch(
@@ -215,9 +231,7 @@ impl Renderer {
     }
 
     fn posed(&self) -> Result<&Posed> {
-        self.posed
-            .as_ref()
-            .ok_or_else(|| Error::empty("a rig is to be drawn, and the renderer was given none"))
+        self.posed.as_ref().ok_or_else(no_rig)
     }
 
     /// Whether the device has textures as large as `image`.
@@ -289,6 +303,10 @@ impl Renderer {
         }
         Ok(())
     }
+}
+
+fn no_rig() -> Error {
+    Error::empty("a rig is to be drawn, and the renderer was given none")
 }
 
 /// Each edge of a polygon once.

@@ -1,6 +1,6 @@
 use super::*;
 use rhytid_backend_cpu::Cpu;
-use rhytid_core::{BasisStorage, Method, NoProgress, VertexId};
+use rhytid_core::{BasisStorage, ClusteredBasis, Method, NoProgress, VertexId};
 use rhytid_test_support::flaky::{Flaky, watched};
 
 fn rig(method: Method) -> Rig {
@@ -41,6 +41,9 @@ fn a_part_goes_where_it_goes_in_the_whole() {
         let v = rig.vertices() as u32;
         for basis in [BasisStorage::F32, BasisStorage::F16] {
             let options = UploadOptions { max_frames: 1, basis };
+            // The tiles of a part are other ones. Each rounds its weights within the bound.
+            let rounding = 2.0 * ClusteredBasis::LARGEST_ERROR * BasisStorage::motion(&rig);
+            let allowed = if basis == BasisStorage::F32 { 1e-5 } else { rounding as f32 };
             let whole = evaluated(&rig, options, &handles);
             for vertices in [vec![v / 2], vec![v - 1, 0, 17], (0..v).step_by(7).collect(), (0..v).collect()] {
                 let part = rig.part(&vertices.iter().copied().map(VertexId).collect::<Vec<_>>());
@@ -49,7 +52,7 @@ fn a_part_goes_where_it_goes_in_the_whole() {
                     for (&v, x) in vertices.iter().zip(part.as_chunks::<3>().0) {
                         let expected = &whole[3 * v as usize..][..3];
                         let apart = (0..3).map(|c| (x[c] - expected[c]).abs()).fold(0.0, f32::max);
-                        assert!(apart < 1e-5, "vertex {v} of {}: {apart}", vertices.len());
+                        assert!(apart < allowed, "vertex {v} of {}: {apart}", vertices.len());
                     }
                 }
             }

@@ -97,7 +97,8 @@ fn shaders_that_draw_evaluate_the_rig_as_kernels_do() {
             renderer.set_rig(&rig).unwrap();
             for (i, (frame, expected)) in frames(&rig).iter().zip(&expected).enumerate() {
                 let at = format!("{device}: {name}, frame {i}");
-                renderer.pose(frame, true).unwrap();
+                renderer.pose(frame).unwrap();
+                renderer.place().unwrap();
                 let placed = renderer.read_placed().unwrap();
                 assert_eq!(placed.len(), rig.vertices());
                 let apart = placed.as_flattened().iter().zip(expected.positions.as_flattened());
@@ -130,17 +131,22 @@ fn what_cannot_be_drawn_is_refused() {
         let (mut renderer, camera) = prepared(device, queue, &rig, &page);
         let said = |result: rhytid_core::Result<()>| result.unwrap_err().to_string();
         let rest = rig.handles().rest.as_flattened();
-        assert!(said(renderer.pose(rest, true)).contains("the renderer was given none"));
+        assert!(said(renderer.pose(rest)).contains("the renderer was given none"));
         assert!(said(renderer.set_rig(&by_chapter)).contains("solve it by the learned method"));
         renderer.set_rig(&rig).unwrap();
-        assert!(said(renderer.pose(&rest[1..], true)).contains("three for each handle"));
+        assert!(said(renderer.pose(&rest[1..])).contains("three for each handle"));
         let mut unknown = rest.to_vec();
         unknown[4] = f32::NAN;
-        assert!(said(renderer.pose(&unknown, true)).contains("finite"));
-        renderer.pose(rest, true).unwrap();
-        renderer.show(&camera, 1.0, Look::Wireframe);
-        assert!(
-            said(page.draw([0; 4], |pass| renderer.draw_posed(pass)).map(|_| ())).contains("smooth or flat")
-        );
+        assert!(said(renderer.pose(&unknown)).contains("finite"));
+        let drawn = |renderer: &mut Renderer, look| {
+            renderer.show(&camera, 1.0, look);
+            said(page.draw([0; 4], |pass| renderer.draw_posed(pass)).map(|_| ()))
+        };
+        renderer.pose(rest).unwrap();
+        renderer.place().unwrap();
+        assert!(drawn(&mut renderer, Look::Wireframe).contains("smooth or flat"));
+        // The vertices are those of the frame before.
+        renderer.pose(rest).unwrap();
+        assert!(drawn(&mut renderer, Look::Smooth).contains("not placed"));
     });
 }
