@@ -97,9 +97,12 @@ impl BasisStorage {
         }
     }
 
-    /// The motion of handles for which errors are stated: 30 mm, in the rig's mesh units.
+    /// The motion of handles for which errors are stated, in millimetres.
+    pub const MOTION_MM: f64 = 30.0;
+
+    /// The same motion in the rig's mesh units.
     pub fn motion<T: Real>(rig: &Rig<T>) -> f64 {
-        0.03 / rig.surface().metres_per_unit
+        Self::MOTION_MM / 1e3 / rig.surface().metres_per_unit
     }
 
     /// A bound of how far what a device keeps moves any vertex of `rig` along an axis, in mesh units, if no

@@ -4,7 +4,7 @@
 //! close to a space of few dimensions. Clustered principal components are known from light transport (Sloan
 //! et al. 2003, *Clustered Principal Components for Precomputed Radiance Transfer*).
 use crate::band_weights::next_power_of_two;
-use crate::{Rig, Table, VertexId};
+use crate::{BasisStorage, Rig, Table, VertexId};
 use rayon::prelude::*;
 use std::ops::Range;
 
@@ -59,7 +59,7 @@ impl ClusteredBasis {
 
     /// How far the factors may move any vertex along an axis, as a part of the largest displacement of a
     /// handle: 0.005 mm if no handle moves by more than 30 mm.
-    pub const LARGEST_ERROR: f64 = 0.005 / 30.0;
+    pub const LARGEST_ERROR: f64 = 0.005 / BasisStorage::MOTION_MM;
 
     /// The clusters of a rig's basis. Other processors find the same ones, bit for bit.
     pub fn new(rig: &Rig) -> Self {

@@ -46,7 +46,7 @@ impl Strains {
     /// `of_bands`, and w by `of_wrinkles`.
     fn error(&self, omegas: &[(usize, f64)], of_bands: &[[f64; 3]], of_wrinkles: &[[f64; 3]]) -> f64 {
         // A distance ‖D − D_p‖ differs from ‖D‖ and from ‖D_p‖ by at most the other one. What counts is how
-        // ‖D − D_p‖ − ‖D‖ differs from −‖D_p‖, which it is at rest.
+        // ‖D − D_p‖ − ‖D‖ differs from ‖D_p‖, which it is at rest.
         let length = |square: &dyn Fn(usize) -> f64| {
             omegas.iter().map(|&(e, omega)| omega * square(e)).sum::<f64>().sqrt()
         };
@@ -84,11 +84,10 @@ impl Rounded {
             rbf_weights: rig.fine_scale().rbf_weights.clone(),
         };
         let strains = Strains::new(rig);
-        let largest_error = ClusteredBasis::LARGEST_ERROR * BasisStorage::motion(rig);
         let mut is_held = vec![false; rig.vertices()];
         rig.handles().held().for_each(|v: VertexId| is_held[v.index()] = true);
         let tiles = rig.vertices().div_ceil(TILE);
-        let of_tile = |tile: usize| rounded.tile(rig, &strains, largest_error, &is_held, tile);
+        let of_tile = |tile: usize| rounded.tile(rig, &strains, &is_held, tile);
         let all: Vec<Option<Vec<[[f32; 3]; 2]>>> = (0..tiles).into_par_iter().map(of_tile).collect();
         let examples = rig.examples().len();
         for (tile, vectors) in all.into_iter().enumerate() {
@@ -115,12 +114,12 @@ impl Rounded {
         &self,
         rig: &Rig,
         strains: &Strains,
-        largest_error: f64,
         is_held: &[bool],
         tile: usize,
     ) -> Option<Vec<[[f32; 3]; 2]>> {
         let vertices = tile * TILE..((tile + 1) * TILE).min(rig.vertices());
         let examples = rig.examples().len();
+        let largest_error = ClusteredBasis::LARGEST_ERROR * BasisStorage::motion(rig);
         let exact = |v: usize, p: usize| -> [[f32; 3]; 2] {
             let c = self.example_weights.row(v).get(p).copied().unwrap_or_default();
             [c, self.rbf_weights.row(v)[p + 1]]

@@ -6,6 +6,7 @@ use bytemuck::{Pod, Zeroable};
 use rhytid_core::plan::{Plan, PlanLimits};
 use rhytid_core::{BasisStorage, Error, HandleFrames, Result, Rig, UploadOptions, human};
 use rhytid_kernels::differences::table_len;
+use rhytid_kernels::large_scale::MOTION;
 use rhytid_kernels::table::Buffer;
 use rhytid_kernels::vector_differences::{self, vector_differences};
 use std::num::NonZeroU64;
@@ -102,7 +103,7 @@ impl Posed {
         let cluster_basis: Vec<f32> = bytemuck::cast_vec(words(Buffer::ClusterBasis));
         let handles = rig.handles().len();
         let motions = cluster_basis.len() / handles;
-        let vectors = if rig.handles().rotations { 4 } else { 1 };
+        let vectors = if rig.handles().rotations { MOTION } else { 1 };
         let (features, centers) = (rig.handles().features(), rig.centers());
         let texels = [motions * vectors, table_len(features, centers) / 4, features.max(1)];
         let most = device.limits().max_texture_dimension_2d as usize;

@@ -124,8 +124,9 @@ impl RigInfo {
             row(
                 "basis as fp16",
                 format!(
-                    "moves no vertex by more than {} mm if handles move by up to 30 mm",
-                    human::number(1000.0 * self.metres_per_unit * self.f16_error)
+                    "moves no vertex by more than {} mm if handles move by up to {} mm",
+                    human::number(1000.0 * self.metres_per_unit * self.f16_error),
+                    BasisStorage::MOTION_MM
                 ),
             ),
             row(
