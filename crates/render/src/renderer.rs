@@ -154,9 +154,18 @@ impl Renderer {
     /// shaders and without storage buffers. The limits of WebGL 2 are enough.
     ///
     /// # Errors
-    /// [`Error::Input`] if the wrinkles of the rig are not functions of vector strains, or if it is too large
-    /// for the device. [`Error::Device`], such as for lack of memory.
+    /// [`Error::Input`] if the rig has another number of triangles than the mesh, if its wrinkles are not
+    /// functions of vector strains, or if it is too large for the device. [`Error::Device`], such as for lack
+    /// of memory.
     pub fn set_rig(&mut self, rig: &Rig) -> Result<()> {
+        let triangles = &rig.surface().triangles;
+        if size_of_val(&triangles[..]) as u64 != self.triangles.size() {
+            return Err(Error::mismatch(format!(
+                "a rig of {}, where the renderer was made for a mesh of {}",
+                human::counted(triangles.len(), "triangle"),
+                human::count(self.triangles.size() as usize / size_of::<[u32; 3]>())
+            )));
+        }
         self.posed = Some(Posed::new(&self.device, &self.queue, &self.layout, self.target, rig)?);
         Ok(())
     }

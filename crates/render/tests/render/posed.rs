@@ -126,6 +126,7 @@ fn what_cannot_be_drawn_is_refused() {
     let mut by_chapter = rhytid_demo::face(1_000);
     by_chapter.settings.method = rhytid_core::Method::Chapter;
     let by_chapter = solve(&by_chapter, &NoProgress).unwrap().rounded().unwrap();
+    let finer = solve(&rhytid_demo::face(1_200), &NoProgress).unwrap().rounded().unwrap();
     each_small_device(|_, device, queue| {
         let page = Offscreen::new(device, queue, [20, 20]).unwrap();
         let (mut renderer, camera) = prepared(device, queue, &rig, &page);
@@ -133,6 +134,7 @@ fn what_cannot_be_drawn_is_refused() {
         let rest = rig.handles().rest.as_flattened();
         assert!(said(renderer.pose(rest)).contains("the renderer was given none"));
         assert!(said(renderer.set_rig(&by_chapter)).contains("solve it by the learned method"));
+        assert!(said(renderer.set_rig(&finer)).contains("the renderer was made for a mesh of"));
         renderer.set_rig(&rig).unwrap();
         assert!(said(renderer.pose(&rest[1..])).contains("three for each handle"));
         let mut unknown = rest.to_vec();
