@@ -194,7 +194,7 @@ mod tests {
         let mut kinds = vec![Vectors::Widest, Vectors::Single];
         #[cfg(target_arch = "x86_64")]
         kinds.extend(pulp::x86::V3::try_new().map(Vectors::Avx2));
-        for basis in [BasisStorage::F32, BasisStorage::F16, BasisStorage::Clustered] {
+        for basis in BasisStorage::ALL {
             let mut one_by_one: Vec<Vec<u32>> = vec![Vec::new(); 6];
             for frame in handles.chunks_exact(rig.handles().len() * 3) {
                 let stages = stages(&rig, frame, 1, basis, Vectors::Widest);

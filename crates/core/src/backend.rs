@@ -82,6 +82,9 @@ pub enum BasisStorage {
 }
 
 impl BasisStorage {
+    /// Each of them.
+    pub const ALL: [Self; 3] = [Self::F32, Self::F16, Self::Clustered];
+
     /// Whether devices keep the weights of the bands in 16 bits ([`Rig::as_stored`]). `vector_wrinkles` is
     /// [`Rig::vector_wrinkles`].
     pub fn has_narrow_weights(self, vector_wrinkles: bool) -> bool {

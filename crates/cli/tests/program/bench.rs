@@ -11,6 +11,15 @@ fn every_device_and_stage_is_in_the_json() {
         let report: Value = serde_json::from_str(&printed).unwrap();
         assert_documented(&report, "bench");
         assert_eq!(report["storage"], storage);
+        // The parts of a frame make up its bytes. Strains are of edges, not of vertices.
+        let stored: Vec<&Value> = report["bytes"].as_array().unwrap().iter().collect();
+        stored.iter().for_each(|stored| assert_documented(stored, "what a frame moves with a storage"));
+        let measured = stored.iter().find(|stored| stored["storage"] == storage).unwrap();
+        let parts = measured["parts"].as_array().unwrap();
+        parts.iter().for_each(|part| assert_documented(part, "a part"));
+        let of_vertex: f64 = parts.iter().map(|part| part["bytes_per_vertex"].as_f64().unwrap()).sum();
+        let number = |key: &str| report[key].as_f64().unwrap();
+        let sum = of_vertex * number("vertices") + 4.0 * number("strain_edges");
         let devices = report["devices"].as_array().unwrap();
         let listed: Value = serde_json::from_str(&f.done("devices --json")).unwrap();
         assert_eq!(devices.len(), listed["devices"].as_array().unwrap().len());
@@ -18,6 +27,8 @@ fn every_device_and_stage_is_in_the_json() {
             assert_documented(device, "a measured device");
             assert_eq!(device["error"], Value::Null, "{device}");
             assert_documented(&device["whole"], "a whole frame");
+            let whole = device["whole"]["bytes"].as_f64().unwrap();
+            assert!((whole - sum).abs() < 1e-6 * whole, "{whole} {sum}");
             assert_documented(&device["chapter"], "a frame by the chapter's method");
             let stages = device["stages"].as_array().unwrap();
             // The processor has all up to the positions in one.
@@ -55,7 +66,9 @@ fn a_rig_of_ones_own_is_measured() {
         assert_eq!(report[key], info[key], "{key}");
     }
     let printed = f.done("bench demo/face.safetensors --frames 2");
-    for word in ["large_scale", "whole frame", "frames a second", "per frame", "GeForce 8800"] {
+    for word in
+        ["large_scale", "whole frame", "bytes of a vertex", "frames a second", "per frame", "GeForce 8800"]
+    {
         assert!(printed.contains(word), "{word}: {printed}");
     }
 }
@@ -82,7 +95,7 @@ fn how_it_grows_is_drawn_and_printed() {
     let svg = String::from_utf8(f.read("chart.svg")).unwrap();
     let ms = report["devices"][0]["whole"]["ms"].as_f64().unwrap();
     let time = format!("{ms:.2} ms");
-    for word in ["cpu:0", "large scale", "handles", "ms per frame", "frames in a batch", &time] {
+    for word in ["cpu:0", "large scale", "clustered", "handles", "ms per frame", "frames in a batch", &time] {
         assert!(svg.contains(word), "{word} is not in the chart");
     }
 

@@ -113,9 +113,10 @@ fn parts_and_slices_cover_everything_once_and_keep_the_limits() {
     for (max_binding_bytes, max_workgroups, max_frames) in
         [(1 << 14, u32::MAX, 1), (100_000, u32::MAX, 31), (1 << 20, 3, 7), (40_000, 5, 100)]
     {
-        for (rig, basis) in [&vectors, &lengths, &turning].into_iter().flat_map(|rig| {
-            [BasisStorage::F32, BasisStorage::F16, BasisStorage::Clustered].map(|basis| (rig, basis))
-        }) {
+        for (rig, basis) in [&vectors, &lengths, &turning]
+            .into_iter()
+            .flat_map(|rig| BasisStorage::ALL.map(|basis| (rig, basis)))
+        {
             let limits = PlanLimits { max_binding_bytes, max_workgroups };
             let options = UploadOptions { max_frames, basis };
             let plan = Plan::new(rig, options, limits, "test:0");

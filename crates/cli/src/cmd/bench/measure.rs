@@ -1,11 +1,9 @@
-//! The time that a device takes for a rig, and the least number of bytes that it has to move.
+//! The time that a device takes for a rig, beside the time that its bytes take.
 
 use rhytid::conformance::{Memory, stage_name};
 use rhytid::core::numbers::median;
 use rhytid::core::{DeviceInfo, DeviceKind};
-use rhytid::{
-    Animator, BandWeights, BasisStorage, ClusteredBasis, Result, Rig, Session, Stage, UploadOptions,
-};
+use rhytid::{Animator, Result, Rig, Session, Stage, UploadOptions};
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
@@ -55,7 +53,7 @@ struct Rounds {
 /// Median times per frame over many batches of `options.max_frames` frames.
 ///
 /// The batches take turns with reading `memory`, and with the `chapter`'s rig if there is one. Stages are
-/// left out where the device does not time them.
+/// left out where the device does not time them. `bytes` are what the stages of `rig` move.
 ///
 /// # Errors
 /// The device's.
@@ -64,6 +62,7 @@ pub(super) fn measure(
     rig: &Rig,
     chapter: Option<&Rig>,
     options: UploadOptions,
+    bytes: [f64; 6],
     memory: &Memory,
 ) -> Result<(Whole, Vec<Measured>, Option<Chapter>)> {
     let mut bandwidths = Vec::new();
@@ -72,7 +71,6 @@ pub(super) fn measure(
     let chapter = all.get(1).map(|chapter| Chapter::new(&all[0].wholes, &chapter.wholes));
     let mut rounds = all.swap_remove(0);
     let bandwidth = median(&mut bandwidths);
-    let bytes = least_bytes(rig, options);
     let shares_memory = info.kind != DeviceKind::DiscreteGpu;
     let share = |bytes: f64, ms: f64| shares_memory.then_some(bytes / bandwidth * 1e3 / ms);
     let (ms, sum) = (median(&mut rounds.wholes), bytes.iter().sum());
@@ -171,41 +169,6 @@ impl Rounds {
     }
 }
 
-/// The least number of bytes that each stage moves per frame.
-///
-/// Each stage reads its part of the rig once a batch. Results that do not fit into caches are written and
-/// read once a frame. Triangles are not counted: their size depends on order and encoding.
-pub(super) fn least_bytes(rig: &Rig, options: UploadOptions) -> [f64; 6] {
-    let per_vertex = |constants: usize, results: usize| {
-        (constants as f64 / options.max_frames as f64 + results as f64) * rig.vertices() as f64
-    };
-    let basis = match options.basis {
-        BasisStorage::Clustered => ClusteredBasis::new(rig).bytes().div_ceil(rig.vertices()),
-        BasisStorage::F32 => 4 * rig.handles().len(),
-        BasisStorage::F16 => 2 * rig.handles().len(),
-    };
-    let index = if rig.handles().strain_edges.len() <= 256 { 1 } else { 2 };
-    let (position, neighbor) = (12, 4);
-    let wrinkles = rig.vector_wrinkles();
-    let weight = if options.basis.has_narrow_weights(wrinkles) { 2 } else { 4 };
-    let influences = (index + weight) * rig.influences().per_vertex();
-    let detail = influences + if wrinkles { 0 } else { 12 * rig.centers() };
-    // The bands read the same influences as the detail.
-    let bands = rig.bands().map_or(0, |learned| {
-        let weights = BandWeights::new(rig, options.basis).bytes().div_ceil(rig.vertices());
-        (index + weight) * learned.anchors_per_vertex() + weights
-    });
-    Stage::ALL.map(|stage| match stage {
-        Stage::Strain => (4 * rig.handles().strain_edges.len()) as f64,
-        Stage::LargeScale if wrinkles => per_vertex(basis + position + bands + detail, 0),
-        Stage::LargeScaleNormals | Stage::Detail if wrinkles => 0.0,
-        Stage::LargeScale => per_vertex(basis + position + bands, position),
-        Stage::LargeScaleNormals | Stage::Normals => per_vertex(0, position),
-        Stage::Detail => per_vertex(detail, 0),
-        Stage::Positions => per_vertex(if wrinkles { 0 } else { neighbor }, position),
-    })
-}
-
 /// Handle positions that differ in each frame, as those of a take do: between rest and the examples, or some
 /// millimetres around rest where there are none.
 fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
@@ -228,31 +191,9 @@ fn swaying(rig: &Rig, frames: usize) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cmd::bench::bytes::Stored;
     use rhytid::core::Method;
     use rhytid_demo::{Size, sized_rig};
-
-    #[test]
-    fn the_chapters_frame_moves_584_bytes_a_vertex_and_half_of_the_basis_less_as_fp16() {
-        let size = Size { vertices: 10_000, ..Size::CHAPTER };
-        let rigs = [Method::Chapter, Method::default()].map(|method| sized_rig(size, method));
-        let per_vertex = |rig: &Rig, basis, max_frames| {
-            let bytes: f64 = least_bytes(rig, UploadOptions { max_frames, basis }).iter().sum();
-            (bytes - (4 * rig.handles().strain_edges.len()) as f64) / rig.vertices() as f64
-        };
-        let [chapter, learned] = &rigs;
-        assert_eq!(per_vertex(chapter, BasisStorage::F32, 1), 584.0);
-        assert_eq!(per_vertex(chapter, BasisStorage::F16, 1), 584.0 - 178.0);
-        assert_eq!(per_vertex(chapter, BasisStorage::F32, 8), (584.0 - 48.0) / 8.0 + 48.0);
-        // Anchors, c and a; smooth positions and normals are not stored between.
-        assert_eq!(per_vertex(learned, BasisStorage::F32, 1), 584.0 + 40.0 + 72.0 + 12.0 - 28.0);
-        // Weights of influences have two bytes less. In most tiles those of the examples have a half, and
-        // units.
-        let wide = 584.0 - 178.0 + 40.0 + 72.0 + 12.0 - 28.0 - 2.0 * 24.0;
-        let narrow_part = BandWeights::new(learned, BasisStorage::F16).narrow_part();
-        let expected = wide - narrow_part * (72.0 - 4.0);
-        let found = per_vertex(learned, BasisStorage::F16, 1);
-        assert!(narrow_part > 0.8 && (found - expected).abs() < 1.0, "{found}, {expected}: {narrow_part}");
-    }
 
     #[test]
     fn times_add_up() {
@@ -260,7 +201,9 @@ mod tests {
         let [rig, chapter] = [Method::default(), Method::Chapter].map(|method| sized_rig(size, method));
         let cpu = rhytid::devices::backends::find("cpu:0").unwrap();
         let options = UploadOptions::frames(2);
-        let (whole, stages, beside) = measure(&cpu, &rig, Some(&chapter), options, &Memory::new()).unwrap();
+        let bytes = Stored::new(&rig, options).stages;
+        let (whole, stages, beside) =
+            measure(&cpu, &rig, Some(&chapter), options, bytes, &Memory::new()).unwrap();
         let sum: f64 = stages.iter().map(|stage| stage.ms).sum();
         // Three stages: the strain, everything up to the positions, and the normals.
         assert!(stages.len() == 3 && sum > 0.0 && sum < 1.5 * whole.ms, "{sum} of {}", whole.ms);

@@ -1,5 +1,6 @@
 //! `rhytid bench`
 
+mod bytes;
 mod growth;
 mod measure;
 mod plot;
@@ -7,6 +8,7 @@ mod plot;
 use crate::guard::guard;
 use crate::progress::Ui;
 use crate::{args, output};
+use bytes::Stored;
 use growth::{Point, What};
 use measure::{Chapter, Measured, Whole};
 use rhytid::conformance::{COMMIT, Memory, StageTime};
@@ -14,7 +16,7 @@ use rhytid::core::human;
 use rhytid::core::{AtomicFile, DeviceInfo, Method, rig_file};
 use rhytid::devices::{devices, find_device};
 use rhytid::formats::refuse_inputs;
-use rhytid::{Error, Progress, Result, Rig, UploadOptions};
+use rhytid::{BasisStorage, Error, Progress, Result, Rig, UploadOptions};
 use rhytid_demo::{Size, sized_rig};
 use serde::Serialize;
 use std::io::Write;
@@ -29,7 +31,8 @@ const CHAPTER: [f64; 4] = [4.0, 5.0, 13.0, 5.0];
 /// The device's.
 pub(super) fn stage_times(info: &DeviceInfo, rig: &Rig, memory: &Memory) -> Result<Vec<StageTime>> {
     let options = UploadOptions::frames(1);
-    let (_, stages, _) = measure::measure(info, rig, None, options, memory)?;
+    let (_, stages, _) =
+        measure::measure(info, rig, None, options, Stored::new(rig, options).stages, memory)?;
     let time =
         |stage: Measured| StageTime { stage: stage.stage, seconds: stage.ms / 1e3, bytes: stage.bytes };
     Ok(stages.into_iter().map(time).collect())
@@ -47,6 +50,8 @@ struct BenchReport {
     centers: usize,
     storage: &'static str,
     frames: usize,
+    /// What a frame moves with each storage, the measured one among them.
+    bytes: [Stored; BasisStorage::ALL.len()],
     devices: Vec<DeviceTimes>,
 }
 
@@ -89,6 +94,7 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
     };
     let memory = Memory::new();
     let options = UploadOptions { max_frames: args.frames as usize, basis: args.storage.into() };
+    let stored = |basis| Stored::new(&rig, UploadOptions { basis, ..options });
     let mut report = BenchReport {
         version: env!("CARGO_PKG_VERSION"),
         commit: COMMIT,
@@ -100,13 +106,15 @@ pub(super) fn run(args: &args::Bench, ui: &Ui) -> Result<()> {
         centers: rig.centers(),
         storage: options.basis.name(),
         frames: options.max_frames,
+        bytes: ui.timed("count the bytes", || BasisStorage::ALL.map(stored)).0,
         devices: Vec::new(),
     };
     for info in &devices {
         if ui.cancelled() {
             return Err(Error::Cancelled);
         }
-        let times = device_times(info, &rig, chapter.as_ref(), options, &memory, ui);
+        let times =
+            device_times(info, &rig, chapter.as_ref(), options, report.bytes_of_stages(), &memory, ui);
         match times {
             Err(error) if args.device != "all" => return Err(error),
             times => report.devices.push(times.unwrap_or_else(|error| DeviceTimes::failed(info, &error))),
@@ -133,11 +141,12 @@ fn device_times(
     rig: &Rig,
     chapter: Option<&Rig>,
     options: UploadOptions,
+    bytes: [f64; 6],
     memory: &Memory,
     ui: &Ui,
 ) -> Result<DeviceTimes> {
     ui.report("measure", 0, 1);
-    let (whole, stages, chapter) = measure::measure(info, rig, chapter, options, memory)?;
+    let (whole, stages, chapter) = measure::measure(info, rig, chapter, options, bytes, memory)?;
     Ok(DeviceTimes { error: None, whole: Some(whole), stages, chapter, ..DeviceTimes::new(info) })
 }
 
@@ -162,6 +171,12 @@ impl DeviceTimes {
 }
 
 impl BenchReport {
+    /// What the stages move with the measured storage.
+    fn bytes_of_stages(&self) -> [f64; 6] {
+        let measured = self.bytes.iter().find(|stored| stored.storage == self.storage);
+        measured.map_or([0.0; 6], |stored| stored.stages)
+    }
+
     fn to_terminal(&self) -> String {
         let batch = if self.frames == 1 {
             "one frame".to_owned()
@@ -182,10 +197,12 @@ impl BenchReport {
             text += &device.to_terminal(self.threads);
         }
         let [large_scale, its_normals, fine_scale, normals] = CHAPTER;
-        text + &format!(
-            "\nThe chapter's GeForce 8800 GTX (2010; 530,000 vertices): {large_scale} ms large scale, {its_normals} its normals, \
+        text + "\n"
+            + &bytes::table(&self.bytes)
+            + &format!(
+                "\n\nThe chapter's GeForce 8800 GTX (2010; 530,000 vertices): {large_scale} ms large scale, {its_normals} its normals, \
              {fine_scale} detail and positions, {normals} normals; 30 fps, drawing included."
-        )
+            )
     }
 }
 

@@ -1,5 +1,6 @@
 //! The chart of a benchmark, as SVG.
 
+use super::bytes::Stored;
 use super::growth::{Point, What};
 use super::{BenchReport, DeviceTimes};
 use plotters::coord::Shift;
@@ -16,6 +17,8 @@ const RIGHT: i32 = 150 * FINE as i32;
 const HEADING: u32 = 70 * FINE;
 const BAR: u32 = 34 * FINE;
 const BELOW: u32 = 40 * FINE;
+/// Of the bytes: a heading, a bar for each storage, and the parts' names.
+const BYTES: u32 = 70 * FINE + 3 * BAR + 24 * FINE;
 const PANEL: u32 = 240 * FINE;
 
 const INK: RGBColor = RGBColor(51, 51, 51);
@@ -36,7 +39,8 @@ const REST: RGBColor = RGBColor(170, 170, 170);
 type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// A bar for each device, made of its stages. Below it, if measured, the growth of a frame's time.
+/// A bar for each device, made of its stages, and a bar for each storage, made of the parts of its bytes. Below
+/// them, if measured, the growth of a frame's time.
 ///
 /// # Errors
 /// [`Error::Internal`] if `plotters` fails.
@@ -44,12 +48,15 @@ pub(super) fn svg(report: &BenchReport) -> Result<String> {
     let measured: Vec<&DeviceTimes> = report.devices.iter().filter(|d| d.whole.is_some()).collect();
     let bars = HEADING + measured.len() as u32 * BAR + BELOW;
     let grows = measured.iter().any(|device| !device.growth.is_empty());
-    let height = bars + if grows { 2 * PANEL + 20 * FINE } else { 0 };
+    let above = bars + BYTES;
+    let height = above + if grows { 2 * PANEL + 20 * FINE } else { 0 };
     let mut svg = String::new();
     let root = SVGBackend::with_string(&mut svg, (WIDTH, height)).into_drawing_area();
     let drawn = root.fill(&WHITE).and_then(|()| {
-        let (top, bottom) = root.split_vertically(bars);
-        draw_bars(&top, report, &measured)?;
+        let (top, bottom) = root.split_vertically(above);
+        let (times, bytes) = top.split_vertically(bars);
+        draw_bars(&times, report, &measured)?;
+        draw_bytes(&bytes, report)?;
         if grows {
             for (what, panel) in
                 What::ALL.into_iter().zip(bottom.margin(0, 20 * FINE, 0, 0).split_evenly((2, 2)))
@@ -114,6 +121,39 @@ fn draw_bars(root: &Root, report: &BenchReport, devices: &[&DeviceTimes]) -> Dra
     root.draw(&Text::new(note, at(12 * FINE as i32, y), text(11)))
 }
 
+/// A bar for each storage.
+fn draw_bytes(root: &Root, report: &BenchReport) -> Drawn {
+    let at = |x: i32, y: u32| (x, y as i32);
+    let title = format!(
+        "bytes of a vertex and frame, by part, {}",
+        if report.frames == 1 { "one at a time".to_owned() } else { format!("{} at once", report.frames) }
+    );
+    root.draw(&Text::new(title, at(12 * FINE as i32, 10 * FINE), text(15)))?;
+    let names: Vec<&str> = report.bytes[0].parts.iter().map(|part| part.part).collect();
+    draw_names(root, &names)?;
+    let most = report.bytes.iter().map(Stored::sum).fold(1e-9, f64::max);
+    let x = |bytes: f64| LEFT + (bytes / most * f64::from(WIDTH as i32 - LEFT - RIGHT)) as i32;
+    for (i, stored) in report.bytes.iter().enumerate() {
+        let (top, bottom) = (HEADING + i as u32 * BAR, HEADING + (i as u32 + 1) * BAR - 10 * FINE);
+        let middle = (top + bottom) / 2;
+        let left = text(12).pos(Pos::new(HPos::Right, VPos::Center));
+        root.draw(&Text::new(stored.storage, at(LEFT - 8 * FINE as i32, middle), left))?;
+        let mut start = 0.0;
+        for (part, color) in stored.parts.iter().zip(COLORS.iter().cycle()) {
+            let end = start + part.bytes_per_vertex;
+            root.draw(&Rectangle::new([at(x(start), top), at(x(end), bottom)], color.filled()))?;
+            start = end;
+        }
+        let right = text(12).pos(Pos::new(HPos::Left, VPos::Center));
+        root.draw(&Text::new(
+            format!("{:.0} bytes", stored.sum()),
+            at(x(start) + 6 * FINE as i32, middle),
+            right,
+        ))?;
+    }
+    Ok(())
+}
+
 fn colors_of_devices() -> impl Iterator<Item = &'static RGBColor> {
     COLORS.iter().cycle().skip(1)
 }
@@ -121,10 +161,15 @@ fn colors_of_devices() -> impl Iterator<Item = &'static RGBColor> {
 /// The stages' names beside their colours, if any device times them.
 fn draw_legend(root: &Root, devices: &[&DeviceTimes]) -> Drawn {
     let Some(device) = devices.iter().find(|device| !device.stages.is_empty()) else { return Ok(()) };
-    let names = device.stages.iter().map(|stage| stage.stage.replace('_', " "));
+    let names: Vec<String> = device.stages.iter().map(|stage| stage.stage.replace('_', " ")).collect();
+    draw_names(root, &names)
+}
+
+/// Names beside their colours, in a row.
+fn draw_names<S: AsRef<str>>(root: &Root, names: &[S]) -> Drawn {
     let mut x = 12 * FINE as i32;
     let y = 42 * FINE as i32;
-    for (name, color) in names.zip(COLORS) {
+    for (name, color) in names.iter().map(AsRef::as_ref).zip(COLORS.iter().cycle()) {
         let box_ = 10 * FINE as i32;
         root.draw(&Rectangle::new([(x, y - box_ / 2), (x + box_, y + box_ / 2)], color.filled()))?;
         x += box_ + 5 * FINE as i32;
