@@ -1,6 +1,7 @@
 //! Light that spreads in the skin before it comes out: the heat equation on the mesh.
 
 use super::compute;
+use super::pieces::Pieces;
 use super::profile::{Gaussian, Series};
 use rhytid_core::Result;
 use rhytid_geometry::laplacian::laplacian;
@@ -70,7 +71,7 @@ impl Diffusion {
             let of_vertices = |label, usage| storage(label, 16 * rest.len() as u64, usage);
             let light = of_vertices("light", upload);
             let last = of_vertices("a polynomial", wgpu::BufferUsages::empty());
-            let spread = of_vertices("spread light", read | wgpu::BufferUsages::VERTEX);
+            let spread = of_vertices("spread light", read);
 
             let stride =
                 (4 * STEP_WORDS as u32).next_multiple_of(device.limits().min_uniform_buffer_offset_alignment);
@@ -128,18 +129,25 @@ impl Diffusion {
         })
     }
 
-    #[cfg(test)]
+    /// The number of pieces of its work.
     pub(crate) fn steps(&self) -> u32 {
         self.steps
     }
 
-    /// Spreads the contents of `light`, which are lost.
-    pub(crate) fn run(&self, pass: &mut wgpu::ComputePass<'_>) {
-        pass.set_pipeline(&self.pipeline);
+    /// Spreads the contents of `light`, which are lost. Each step is a piece of the work.
+    ///
+    /// # Errors
+    /// As the pieces' `next`.
+    pub(crate) fn run(&self, pieces: &mut Pieces<'_>) -> Result<()> {
         for step in 0..self.steps {
+            let mut pass = pieces.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, &self.groups[step as usize % 2], &[step * self.stride]);
-            compute::dispatch(pass, self.vertices);
+            compute::dispatch(&mut pass, self.vertices);
+            drop(pass);
+            pieces.next()?;
         }
+        Ok(())
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod compute;
 mod diffusion;
+mod pieces;
 mod profile;
 mod sky;
 #[cfg(test)]
@@ -23,7 +24,8 @@ use crate::vertices::Vertices;
 use compute::Bind;
 use diffusion::{Diffusion, Effort};
 use glam::Vec3;
-use rhytid_core::{DeviceErrorKind, Error, Result, human};
+use pieces::Pieces;
+use rhytid_core::{NoProgress, Progress, Result, human};
 use visibility::{Arrays, KeyLight, SkyLight, Visibility};
 
 /// Words of the scene's uniforms: two matrices, a direction, the key light, the sky, the surface and the
@@ -158,6 +160,9 @@ pub struct SkinRenderer {
     receiving: wgpu::BindGroupLayout,
     receive: wgpu::ComputePipeline,
     diffusion: Diffusion,
+    /// V × 4 each: the spread light, and what is seen of light, of the frame that was lit last. They stay
+    /// whole while the next frame is lit.
+    lit: [wgpu::Buffer; 2],
     group: wgpu::BindGroup,
     pipeline: wgpu::RenderPipeline,
 }
@@ -178,13 +183,36 @@ impl SkinRenderer {
         target: Target,
         skin: Skin,
     ) -> Result<Self> {
+        Self::with_progress(device, queue, rest, triangles, millimetres, target, skin, &NoProgress)
+    }
+
+    /// [`SkinRenderer::new`] for callers that show its progress or stop it. At half a million vertices it
+    /// takes seconds.
+    ///
+    /// # Errors
+    /// As [`SkinRenderer::new`]; [`rhytid_core::Error::Cancelled`].
+    #[expect(clippy::too_many_arguments, reason = "those of `new`, and the progress")]
+    pub fn with_progress(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        rest: &[[f32; 3]],
+        triangles: &[[u32; 3]],
+        millimetres: f64,
+        target: Target,
+        skin: Skin,
+        progress: &dyn Progress,
+    ) -> Result<Self> {
+        const STEP: &str = "prepare skin";
+        progress.step(STEP, 0, 3)?;
         allowed(device, rest.len(), 0)?;
         let what = format!("a mesh of {}", human::counted(triangles.len(), "triangle"));
         let limits = [("max_buffer_size", 12 * triangles.len() as u64, device.limits().max_buffer_size)];
         crate::allowed(&what, &limits, crate::FEWER)?;
         let diffusion = Diffusion::new(device, queue, rest, triangles, millimetres, &skin.profile, EFFORT)?;
+        progress.step(STEP, 1, 3)?;
         let visibility = Visibility::new(device, queue, rest, triangles)?;
-        crate::checked(device, "preparing skin", || {
+        progress.step(STEP, 2, 3)?;
+        let renderer = crate::checked(device, "preparing skin", || {
             let buffer = |label, size: usize, usage| {
                 device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some(label),
@@ -223,11 +251,15 @@ impl SkinRenderer {
                 receive: compute::pipeline(device, &receiving, "receive", source),
                 receiving,
                 diffusion,
+                lit: ["spread light that is drawn", "seen light that is drawn"]
+                    .map(|label| buffer(label, 16 * rest.len(), wgpu::BufferUsages::VERTEX)),
                 group: compute::group(device, &drawing, [scene.as_entire_binding()]),
                 pipeline: pipeline(device, &drawing, source, target),
                 scene,
             }
-        })
+        })?;
+        progress.step(STEP, 3, 3)?;
+        Ok(renderer)
     }
 
     /// Gives each of the V vertices its own albedo, such as for eyes and teeth.
@@ -259,14 +291,47 @@ impl SkinRenderer {
         aspect: f32,
         lights: &Lights,
     ) -> Result<()> {
+        self.aim(camera, aspect, lights);
+        self.light_pieces(&mut Pieces::Together(encoder), vertices, camera, lights)
+    }
+
+    /// [`SkinRenderer::light`] in many short submissions, with a wait after each. In between, others can use
+    /// the device, and `progress` can stop the work. The light of the last frame then stays as it was.
+    ///
+    /// # Errors
+    /// As [`SkinRenderer::light`]; [`rhytid_core::Error::Cancelled`].
+    pub fn light_in_pieces(
+        &self,
+        vertices: Vertices<'_>,
+        camera: &Camera,
+        aspect: f32,
+        lights: &Lights,
+        progress: &dyn Progress,
+    ) -> Result<()> {
+        self.aim(camera, aspect, lights);
+        let total = visibility::SKY as u64 + 1 + u64::from(self.diffusion.steps());
+        let mut pieces = Pieces::apart(&self.device, &self.queue, progress, "light the skin", total)?;
+        self.light_pieces(&mut pieces, vertices, camera, lights)?;
+        pieces.finish()
+    }
+
+    /// Sets the camera and the lights of the next pass. The light that spreads in the skin, and what each
+    /// vertex sees of light, stay those of the frame that was lit last. It takes hardly any time.
+    pub fn aim(&self, camera: &Camera, aspect: f32, lights: &Lights) {
+        let toward = Vec3::from_array(lights.toward).normalize_or(Vec3::Z);
+        let words = self.words(camera, aspect, toward, lights);
+        self.queue.write_buffer(&self.scene, 0, bytemuck::cast_slice(&words));
+    }
+
+    fn light_pieces(
+        &self,
+        pieces: &mut Pieces<'_>,
+        vertices: Vertices<'_>,
+        camera: &Camera,
+        lights: &Lights,
+    ) -> Result<()> {
         let view = camera.view();
         let toward = Vec3::from_array(lights.toward).normalize_or(Vec3::Z);
-        self.queue.write_buffer(
-            &self.scene,
-            0,
-            bytemuck::cast_slice(&self.words(camera, aspect, toward, lights)),
-        );
-
         let alignment = u64::from(self.device.limits().min_storage_buffer_offset_alignment);
         let [positions, normals] = [vertices.positions, vertices.normals].map(|slice| {
             let before = slice.offset() % alignment;
@@ -303,7 +368,7 @@ impl SkinRenderer {
                 toward: to_mesh.transform_vector3(toward),
                 penumbra: lights.penumbra / self.millimetres,
             };
-            self.visibility.run(&self.device, encoder, &arrays, &self.triangles, key, &sky);
+            self.visibility.run(&self.device, pieces, &arrays, &self.triangles, key, &sky)?;
             let group = compute::group(
                 &self.device,
                 &self.receiving,
@@ -315,12 +380,17 @@ impl SkinRenderer {
                     self.diffusion.light.as_entire_binding(),
                 ],
             );
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
+            let mut pass = pieces.encoder().begin_compute_pass(&wgpu::ComputePassDescriptor::default());
             pass.set_pipeline(&self.receive);
             pass.set_bind_group(0, &group, &[]);
             compute::dispatch(&mut pass, vertices_count);
-            self.diffusion.run(&mut pass);
-        })
+            drop(pass);
+            self.diffusion.run(pieces)?;
+            for (from, to) in [&self.diffusion.spread, &self.visibility.seen].into_iter().zip(&self.lit) {
+                pieces.encoder().copy_buffer_to_buffer(from, 0, to, 0, to.size());
+            }
+            Ok(())
+        })?
     }
 
     /// Waits until a submission is finished, for example for a measurement.
@@ -328,13 +398,7 @@ impl SkinRenderer {
     /// # Errors
     /// [`rhytid_core::Error::Device`].
     pub fn wait(&self, submission: wgpu::SubmissionIndex) -> Result<()> {
-        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
-        self.device.poll(wait).map_err(|reason| Error::Device {
-            kind: DeviceErrorKind::Driver,
-            device: crate::name(&self.device),
-            message: format!("lighting skin failed: {reason}"),
-        })?;
-        Ok(())
+        pieces::wait(&self.device, submission)
     }
 
     /// Draws the frame that was lit last into a pass whose attachments are the [`Target`] that the renderer
@@ -344,8 +408,8 @@ impl SkinRenderer {
         pass.set_bind_group(0, &self.group, &[]);
         pass.set_vertex_buffer(0, vertices.positions);
         pass.set_vertex_buffer(1, vertices.normals);
-        pass.set_vertex_buffer(2, self.diffusion.spread.slice(..));
-        pass.set_vertex_buffer(3, self.visibility.seen.slice(..));
+        pass.set_vertex_buffer(2, self.lit[0].slice(..));
+        pass.set_vertex_buffer(3, self.lit[1].slice(..));
         pass.set_vertex_buffer(4, self.albedos.slice(..));
         pass.set_index_buffer(self.triangles.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(0..(self.triangles.size() / 4) as u32, 0, 0..1);

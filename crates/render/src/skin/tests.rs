@@ -1,6 +1,7 @@
 //! The spread of light, compared with closed forms.
 
 use super::diffusion::{Diffusion, Effort};
+use super::pieces::Pieces;
 use super::profile::SKIN_PROFILE;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::Backend;
@@ -85,7 +86,7 @@ fn run(wgpu: &Wgpu, diffusion: &Diffusion, light: &[[f32; 4]]) -> Vec<[f32; 4]> 
     let (device, queue) = (wgpu.device(), wgpu.queue());
     queue.write_buffer(&diffusion.light, 0, bytemuck::cast_slice(light));
     let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    diffusion.run(&mut encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default()));
+    diffusion.run(&mut Pieces::Together(&mut encoder)).unwrap();
     let size = 16 * light.len() as u64;
     let read = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,

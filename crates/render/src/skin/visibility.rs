@@ -2,6 +2,7 @@
 //! it.
 
 use super::compute::{self, Bind};
+use super::pieces::Pieces;
 use crate::camera::Sphere;
 use glam::{Mat4, Vec3, Vec4};
 use rhytid_core::Result;
@@ -115,7 +116,7 @@ impl Visibility {
                 label: Some("what is seen of light"),
                 size: 16 * rest.len().max(1) as u64,
                 usage: wgpu::BufferUsages::STORAGE
-                    | wgpu::BufferUsages::VERTEX
+                    | wgpu::BufferUsages::COPY_SRC
                     | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
@@ -136,16 +137,20 @@ impl Visibility {
         })
     }
 
-    /// Finds the part of light that reaches each vertex, for the `key` light and the `sky`.
+    /// Finds the part of light that reaches each vertex, for the `key` light and the `sky`. Each light is a
+    /// piece of the work.
+    ///
+    /// # Errors
+    /// As the pieces' `next`.
     pub(super) fn run(
         &self,
         device: &wgpu::Device,
-        encoder: &mut wgpu::CommandEncoder,
+        pieces: &mut Pieces<'_>,
         arrays: &Arrays<'_>,
         triangles: &wgpu::Buffer,
         key: KeyLight,
         sky: &[SkyLight],
-    ) {
+    ) -> Result<()> {
         let vertices = (arrays.corners.size() / 12) as u32;
         let mut bytes = Vec::with_capacity(self.stride as usize * (sky.len() + 1));
         bytes.extend_from_slice(bytemuck::bytes_of(&self.direction(key.toward, 0.0, Some(key.penumbra))));
@@ -174,12 +179,14 @@ impl Visibility {
             pass.set_bind_group(0, &groups[map], &[offset]);
             compute::dispatch(&mut pass, vertices);
         };
-        compute(encoder, &self.begin, 0, 0);
+        compute(pieces.encoder(), &self.begin, 0, 0);
         for i in 0..=sky.len() as u32 {
             let (map, offset) = (usize::from(i > 0), i * self.stride);
-            self.cast(encoder, map, offset, arrays.corners, triangles);
-            compute(encoder, &self.look, map, offset);
+            self.cast(pieces.encoder(), map, offset, arrays.corners, triangles);
+            compute(pieces.encoder(), &self.look, map, offset);
+            pieces.next()?;
         }
+        Ok(())
     }
 
     fn cast(

@@ -2,11 +2,12 @@
 
 use crate::each_device;
 use rhytid_backend_wgpu::Wgpu;
-use rhytid_core::UpAxis;
+use rhytid_core::{Error, Progress, UpAxis};
 use rhytid_render::{
     Camera, FrameBuffers, Lights, Offscreen, Picture, Skin, SkinRenderer, Sky, Sphere, Tone, View,
 };
 use std::f32::consts::PI;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// With this exposure, a display's white is 1.2 cd/m². A radiance of 1 is thus 1/1.2.
 const EXPOSURE: f32 = 0.0;
@@ -312,4 +313,63 @@ fn devices_draw_the_same_skin_and_twice_the_same_bytes() {
         let mean = apart / first.len() as f64;
         assert!(mean < 1.0, "{device}: {mean} of 255 from {}", pictures[0].0);
     }
+}
+
+/// Counts the pieces of the work, and stops it after some of them.
+struct Counting {
+    most: u64,
+    seen: AtomicU64,
+}
+
+impl Progress for Counting {
+    fn report(&self, _: &'static str, done: u64, total: u64) {
+        assert!(done <= total, "{done} of {total}");
+        self.seen.store(done, Ordering::Relaxed);
+    }
+
+    fn cancelled(&self) -> bool {
+        self.seen.load(Ordering::Relaxed) >= self.most
+    }
+}
+
+#[test]
+fn light_in_pieces_is_the_same_light_and_a_light_that_is_stopped_changes_nothing() {
+    let ball = Mesh::ball(24, 40.0);
+    let camera = ball.camera(View::default());
+    let (lights, others) = (Lights::default(), Lights { toward: [0.9, -0.3, 0.3], ..Lights::default() });
+    each_device(|_, wgpu| {
+        let together = |lights| ball.draw(wgpu, &camera, Skin::default(), lights);
+        let (first, second) = (together(&lights), together(&others));
+        let (device, queue) = (wgpu.device(), wgpu.queue());
+        let (rest, target) = (&ball.positions, Offscreen::TARGET);
+        let renderer =
+            SkinRenderer::new(device, queue, rest, &ball.triangles, 1.0, target, Skin::default()).unwrap();
+        let page = Offscreen::new(device, queue, [SIDE; 2]).unwrap();
+        let frame = FrameBuffers::new(device, queue, rest.len()).unwrap();
+        frame.set(ball.positions.as_flattened(), ball.normals.as_flattened(), &[]);
+        let light = |lights: &Lights, most: u64| {
+            let counting = Counting { most, seen: AtomicU64::new(0) };
+            let lit = renderer.light_in_pieces(frame.vertices(), &camera, 1.0, lights, &counting);
+            (lit, counting.seen.into_inner())
+        };
+        let draw = || {
+            let draw = |pass: &mut wgpu::RenderPass<'_>| {
+                renderer.draw(pass, frame.vertices());
+                Ok(())
+            };
+            page.draw([0; 4], draw).unwrap()
+        };
+        let (lit, pieces) = light(&lights, u64::MAX);
+        lit.unwrap();
+        assert!(pieces > 33, "{pieces} pieces: the lights and the steps of the spreading");
+        assert_eq!(draw(), first);
+        // It is stopped in the middle, after the shadows and some steps.
+        let (stopped, _) = light(&others, pieces / 2 + 10);
+        assert!(matches!(stopped, Err(Error::Cancelled)));
+        renderer.aim(&camera, 1.0, &lights);
+        assert_eq!(draw(), first, "the light of the last frame stays whole");
+        light(&others, u64::MAX).0.unwrap();
+        assert_eq!(draw(), second);
+        assert_ne!(first, second);
+    });
 }
