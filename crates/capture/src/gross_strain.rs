@@ -4,7 +4,7 @@ use crate::target::{StrainLimit, Target};
 use crate::{Event, Kind};
 use glam::DVec3;
 use rayon::prelude::*;
-use rhytid_core::{Rig, Take};
+use rhytid_core::{Rig, Take, Warning, human};
 
 /// The worst strain of a take that is beyond what skin does.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +17,20 @@ pub struct GrossStrain {
     pub strain: f64,
     /// The number of frames with such a strain.
     pub frames: usize,
+}
+
+impl GrossStrain {
+    /// What a user should know of it. `take` is the take that has it.
+    pub fn warning(&self, take: &Take) -> Warning {
+        let Self { frame, labels: [a, b], strain, frames } = self;
+        Warning::from(format!(
+            "between {a} and {b} the skin is stretched by {} in frame {frame} ({:.2} s), far beyond any example \
+             ({} like it); look for a label that slid or was swapped, or that names another place on the rig",
+            human::percent(*strain, 0),
+            take.times[*frame],
+            if *frames == 1 { "no other frame is".to_owned() } else { format!("{frames} frames are") }
+        ))
+    }
 }
 
 /// The worst strain of a take that is beyond what skin does. The limit is the rig's examples plus 100 %, or

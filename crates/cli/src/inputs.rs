@@ -3,7 +3,7 @@
 use crate::args::{FineDetail, Setup, TakeReading, UnitChoice};
 use crate::guard::guard;
 use crate::progress::Ui;
-use rhytid::capture::{self, Axes, GrossStrain, Misfit, Step, Target};
+use rhytid::capture::{self, Axes, Misfit, Step, Target};
 use rhytid::core::{DeviceInfo, human};
 use rhytid::devices::{choose_devices, find_device};
 use rhytid::formats::edits;
@@ -71,14 +71,8 @@ pub(crate) fn devices(named: Option<DeviceInfo>, ui: &Ui) -> Result<Vec<DeviceIn
 /// # Errors
 /// [`Error::Input`].
 pub(crate) fn expect(path: &Path, expected: &[FileKind], usage: &str) -> Result<()> {
-    match FileKind::detect(path) {
-        Some(found) if !expected.contains(&found) => Err(Error::unsupported_format(format!(
-            "{}: is {found}, expected {}; the command is {usage}",
-            path.display(),
-            expected.first().map_or_else(String::new, ToString::to_string)
-        ))),
-        _ => Ok(()),
-    }
+    FileKind::expect(path, expected)
+        .map_err(|error| error.reworded(|said| format!("{said}; the command is {usage}")))
 }
 
 /// A rig and a take, each in its place.
@@ -338,18 +332,9 @@ fn filled(path: &Path, rig: &Rig, ui: &Ui) -> Result<Option<Take>> {
 
 /// Warns of strains that no skin has.
 fn warn_strain(take: &Take, rig: &Rig, path: &Path, ui: &Ui) {
-    let Some(GrossStrain { frame, labels: [a, b], strain, frames }) = capture::gross_strain(take, rig) else {
-        return;
-    };
-    ui.line(&format!(
-        "warning: {}: between {a} and {b} the skin is stretched by {} in frame {frame} ({:.2} s), far \
-         beyond any example ({} like it); look for a label that slid or was swapped, or that names another \
-         place on the rig",
-        path.display(),
-        human::percent(strain, 0),
-        take.times[frame],
-        if frames == 1 { "no other frame is".to_owned() } else { format!("{frames} frames are") }
-    ));
+    if let Some(strain) = capture::gross_strain(take, rig) {
+        ui.line(&format!("warning: {}: {}", path.display(), strain.warning(take)));
+    }
 }
 
 /// Sets the times by a given rate. Without one, warns where the times look like frame numbers or

@@ -1,6 +1,7 @@
 //! The kind of a file, by its name and its first bytes. It serves messages about two files that were given
 //! the wrong way round.
 
+use rhytid_core::{Error, Result};
 use rhytid_takes::raw_take::{self, Contents};
 use std::fmt;
 use std::io::Read;
@@ -62,6 +63,21 @@ impl FileKind {
             }),
             "c3d" | "trc" | "tsv" => Some(Self::RawTake),
             _ => None,
+        }
+    }
+
+    /// Refuses a file that is plainly of another kind than those `expected`.
+    ///
+    /// # Errors
+    /// [`Error::Input`].
+    pub fn expect(path: &Path, expected: &[Self]) -> Result<()> {
+        match Self::detect(path) {
+            Some(found) if !expected.contains(&found) => Err(Error::unsupported_format(format!(
+                "{}: is {found}, expected {}",
+                path.display(),
+                expected.first().map_or_else(String::new, ToString::to_string)
+            ))),
+            _ => Ok(()),
         }
     }
 }

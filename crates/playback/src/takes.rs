@@ -84,6 +84,7 @@ pub fn read_raw_take(
     let named = named.iter().flatten().count();
     let mut matches = Vec::new();
     if 2 * named < handles.len() && raw.tracks.frames() > 0 {
+        progress.step("match the markers by position", 0, 1)?;
         matches = match match_by_position(rig, &raw, &settings.markers, subject) {
             // Without a match, the clean-up's error names the markers that there are.
             Err(Error::Input(error)) if !error.remedies().contains(&Remedy::ChooseSubject) => Vec::new(),
@@ -91,6 +92,7 @@ pub fn read_raw_take(
         };
         let found = matches.iter().filter_map(|m| Some((m.handle.clone(), m.marker.clone()?)));
         settings.markers.extend(found);
+        progress.step("match the markers by position", 1, 1)?;
     }
     let mut cleaned = clean(raw, &Target::from_rig(rig), &settings, progress).map_err(in_file)?;
     cleaned.report.warnings.extend(by_position(&matches, named));
