@@ -4,11 +4,12 @@ use crate::commands::Command;
 use crate::document::Document;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::live::{Listen, Live};
-use crate::open::{Opened, Opening, Source};
+use crate::open::{self, Opened, Opening, Source};
 use crate::orbit::Orbit;
-use crate::scene::{Scene, Times};
+use crate::scene::{News, Scene, Times};
 use crate::settings::{Settings, Show};
 use crate::slow_frames::SlowFrames;
+use crate::work::Next;
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use rhytid_backend_wgpu::Wgpu;
@@ -16,6 +17,12 @@ use rhytid_core::{DeviceInfo, Error, Result};
 #[cfg(not(target_arch = "wasm32"))]
 use std::net::SocketAddr;
 use std::sync::{Arc, Mutex, PoisonError};
+use web_time::{Duration, Instant};
+
+/// How long the window waits for a picture before it goes on with the last one. A fast device has it by then.
+const PATIENCE: Duration = Duration::from_millis(30);
+/// The same, where every picture is wanted.
+const ENDLESS: Duration = Duration::from_secs(3600);
 
 /// In a window narrower than this, the panel lies over the face and is closed at first.
 const NARROW: f32 = 640.0;
@@ -34,6 +41,12 @@ pub struct ViewApp {
     pub(crate) scene: Option<Scene>,
     pub(crate) settings: Settings,
     pub(crate) note: Option<Note>,
+    /// What is likely wrong with the files that were opened last.
+    pub(crate) warnings: Vec<String>,
+    /// Whether the window waits for each picture, which is drawn in full.
+    whole_pictures: bool,
+    /// When the window was made.
+    began: Instant,
     pub(crate) keys_shown: bool,
     /// `None` until the user opens or closes it.
     panel_shown: Option<bool>,
@@ -84,6 +97,9 @@ impl ViewApp {
             scene: None,
             settings: Settings::default(),
             note: None,
+            warnings: Vec::new(),
+            whole_pictures: false,
+            began: Instant::now(),
             keys_shown: false,
             panel_shown: None,
             devices: Vec::new(),
@@ -114,6 +130,24 @@ impl ViewApp {
         self
     }
 
+    /// Waits for each picture and draws it in full, however long it takes. This is for programs that look at
+    /// the pictures. For people, the window goes on, and is coarse while something moves.
+    #[must_use]
+    pub fn with_whole_pictures(mut self) -> Self {
+        self.whole_pictures = true;
+        self
+    }
+
+    /// Seconds since the window was made. Its own clock stands still while it draws.
+    pub(crate) fn seconds(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    /// How long the window waits for a picture.
+    pub(crate) fn patience(&self) -> Duration {
+        if self.whole_pictures { ENDLESS } else { PATIENCE }
+    }
+
     /// Begins to read files: a rig, and takes for this rig or for the open one.
     pub(crate) fn open(&mut self, sources: Vec<Source>) {
         if sources.is_empty() {
@@ -124,8 +158,8 @@ impl ViewApp {
         // Only a file of edits needs a copy of the take.
         let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
         let take = take.map(|open| open.take.clone());
-        let context = self.context.clone();
-        self.opening = Some(Opening::new(sources, rig, take, move || context.request_repaint()));
+        self.warnings.clear();
+        self.opening = Some(open::begin(sources, rig, take, &self.context));
     }
 
     /// Opens files that are in memory: a rig, and takes for it. Their names tell which is which, as names of
@@ -200,7 +234,7 @@ impl ViewApp {
     /// The picture of the face, without the window around it. `None` before the first picture.
     #[cfg(target_arch = "wasm32")]
     pub fn read_picture(&self) -> Option<impl Future<Output = Result<rhytid_render::Picture>> + use<>> {
-        let texture = self.scene.as_ref()?.drawn_texture()?.clone();
+        let texture = self.scene.as_ref()?.studio()?.drawn_texture()?.clone();
         let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
         Some(async move { rhytid_render::Picture::read_async(&device, &queue, &texture).await })
     }
@@ -209,7 +243,8 @@ impl ViewApp {
     /// frame.
     #[cfg(target_arch = "wasm32")]
     pub fn read_positions(&self) -> Option<impl Future<Output = Result<Vec<f32>>> + use<>> {
-        let vertices = self.scene.as_ref().filter(|scene| scene.drawn > 0)?.vertices().ok()?;
+        let scene = self.scene.as_ref().filter(|scene| scene.drawn > 0)?;
+        let vertices = scene.studio()?.vertices().ok()?;
         let slice = vertices.positions;
         let (buffer, bytes) = (slice.buffer().clone(), slice.offset()..slice.offset() + slice.size());
         let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
@@ -219,6 +254,16 @@ impl ViewApp {
     /// Whether files are being read.
     pub fn is_opening(&self) -> bool {
         self.opening.is_some()
+    }
+
+    /// Whether the picture is behind what is wanted, or is drawn coarsely for the moment.
+    pub fn is_drawing(&self) -> bool {
+        self.scene.as_ref().is_some_and(Scene::is_drawing)
+    }
+
+    /// What is likely wrong with the files that were opened last.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Shows a message in the last line. An error stays until it is closed.
@@ -238,21 +283,50 @@ impl ViewApp {
 
     /// Opens the files that have been read.
     pub(crate) fn take_opened(&mut self) {
-        let Some(result) = self.opening.as_ref().and_then(Opening::result) else { return };
+        while let Some(opening) = &self.opening {
+            self.warnings.extend(opening.work.take_warnings());
+            match opening.next() {
+                Next::Waiting => return,
+                Next::Result(Err(Error::Cancelled)) => self.opening = None,
+                Next::Result(opened) => self.attempt(|app| app.take_one(opened?)),
+                Next::Ended => self.opening = None,
+                Next::Broken => {
+                    let fault = format!("{} ended without a result", opening.words);
+                    self.opening = None;
+                    self.tell(Err(Error::Internal(fault)));
+                }
+            }
+        }
+    }
+
+    /// Tells the user what the scene's work has come to.
+    pub(crate) fn hear(&mut self, news: Vec<News>) {
+        for news in news {
+            match news {
+                News::Device(device) => self.device = device,
+                #[cfg(not(target_arch = "wasm32"))]
+                News::Saved(path) => self.saved(&path),
+                News::DeviceRefused(error) | News::Failed(error) => self.tell(Err(error)),
+            }
+        }
+    }
+
+    /// Stops reading files.
+    pub(crate) fn stop_opening(&mut self) {
         self.opening = None;
-        self.attempt(|app| result?.into_iter().try_for_each(|opened| app.take_one(opened)));
     }
 
     fn take_one(&mut self, opened: Opened) -> Result<()> {
         match opened {
             Opened::Rig(rig, name) => {
-                // The old rig is removed first: the device may not have room for two rigs.
-                self.scene = None;
                 if self.settings.show == Show::Numbers {
                     self.settings.show = Show::default();
                 }
-                let other = self.other_device(&rig)?;
-                self.scene = Some(Scene::new(rig, &name, &self.wgpu, &self.state, other)?);
+                let before = self.scene.take();
+                let window = (&self.state, &self.context);
+                let mut scene = Scene::new(rig, &name, &self.wgpu, window, self.device.clone(), before);
+                scene.pace.always_whole = self.whole_pictures;
+                self.scene = Some(scene);
                 self.note = None;
                 #[cfg(not(target_arch = "wasm32"))]
                 self.listen_again();
@@ -280,25 +354,6 @@ impl ViewApp {
             }
         }
         Ok(())
-    }
-
-    /// The chosen device, with the rig on it.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn other_device(
-        &self,
-        rig: &rhytid_core::Rig,
-    ) -> Result<Option<crate::frame_source::OtherDevice>> {
-        use rhytid_core::UploadOptions;
-        let open = |info| rhytid_devices::backends::open(info)?.upload(rig, UploadOptions::frames(1));
-        self.device.as_ref().map(open).transpose()
-    }
-
-    #[cfg(target_arch = "wasm32")]
-    pub(crate) fn other_device(
-        &self,
-        _: &rhytid_core::Rig,
-    ) -> Result<Option<crate::frame_source::OtherDevice>> {
-        Ok(None)
     }
 
     pub(crate) fn is_panel_shown(&self, width: f32) -> bool {

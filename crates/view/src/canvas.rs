@@ -1,50 +1,51 @@
-//! The face as a texture of the window.
+//! The face as textures that the window shows.
 
-use eframe::egui;
-use eframe::egui_wgpu::RenderState;
+use crate::pace::Fineness;
 use rhytid_backend_wgpu::Wgpu;
-use rhytid_core::{Result, Rig};
+use rhytid_core::{Progress, Result, Rig};
 use rhytid_render::{
     Camera, Lights, Look, Mark, Offscreen, Overlay, Renderer, Skin, SkinRenderer, Sphere, Vertices, albedos,
 };
+use std::sync::Arc;
 use web_time::{Duration, Instant};
 
 /// How a frame is drawn.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Drawn {
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Drawn<'a> {
     Look(Look),
-    Skin,
+    Skin(&'a Arc<SkinRenderer>, Fineness),
 }
 
 /// How a picture shows a frame.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Shown<'a> {
     pub camera: &'a Camera,
-    pub drawn: Drawn,
+    pub drawn: Drawn<'a>,
     /// The marks over the face.
     pub marks: &'a [Mark],
     /// Red, green, blue and opacity.
     pub background: [u8; 4],
 }
 
-/// Draws one rig's frames. Each side of a comparison has its own texture.
+/// Draws one rig's frames. Each side of a comparison has its own textures.
 pub(crate) struct Canvas {
-    state: RenderState,
     wgpu: Wgpu,
     renderer: Renderer,
-    /// Made when it is first needed.
-    skin: Option<SkinRenderer>,
     lights: Lights,
     overlay: Overlay,
     lift: f32,
     page: Option<Offscreen>,
-    sides: [Option<Side>; 2],
+    sides: [Side; 2],
+    /// The skin that was lit. Its light can be drawn again.
+    lit: Option<Arc<SkinRenderer>>,
 }
 
-/// The picture of one side in the window.
+/// The pictures of one side. The window shows one while the other is drawn.
+#[derive(Default)]
 struct Side {
-    texture: wgpu::Texture,
-    id: egui::TextureId,
+    textures: [Option<wgpu::Texture>; 2],
+    /// The one that is drawn next.
+    next: usize,
 }
 
 /// The times of a picture.
@@ -55,14 +56,13 @@ pub(crate) struct Took {
 }
 
 impl Canvas {
-    /// A canvas for `rig`, in the window of `state`. `wgpu` shares the window's device.
+    /// A canvas for `rig`. `wgpu` shares the window's device.
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub(crate) fn new(rig: &Rig, wgpu: &Wgpu, state: &RenderState) -> Result<Self> {
+    pub(crate) fn new(rig: &Rig, wgpu: &Wgpu) -> Result<Self> {
         let (device, queue) = (wgpu.device(), wgpu.queue());
         Ok(Self {
-            state: state.clone(),
             renderer: Renderer::new(
                 device,
                 queue,
@@ -70,13 +70,13 @@ impl Canvas {
                 &rig.surface().triangles,
                 Offscreen::TARGET,
             )?,
-            skin: None,
             lights: Lights::default(),
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
             lift: 0.1 * Sphere::around(&rig.handles().rest).radius,
             wgpu: wgpu.clone(),
             page: None,
-            sides: [None, None],
+            sides: Default::default(),
+            lit: None,
         })
     }
 
@@ -92,65 +92,70 @@ impl Canvas {
     pub(crate) fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         if self.page.as_ref().is_none_or(|page| page.size() != size) {
             self.page = Some(Offscreen::new(self.wgpu.device(), self.wgpu.queue(), size)?);
-            self.forget_sides();
         }
         Ok(())
     }
 
-    /// Draws a frame into the picture of side 0 or 1.
+    /// Draws a frame as the picture of side 0 or 1.
     ///
     /// # Errors
-    /// As drawing.
+    /// As drawing; [`rhytid_core::Error::Cancelled`].
     pub(crate) fn draw(
         &mut self,
         side: usize,
-        rig: &Rig,
         vertices: Vertices<'_>,
         shown: Shown<'_>,
-    ) -> Result<Took> {
-        let Some(page) = &self.page else { return Ok(Took::default()) };
+        progress: &dyn Progress,
+    ) -> Result<(Took, wgpu::Texture)> {
+        let page = match &self.page {
+            Some(page) => page,
+            None => return Err(rhytid_core::Error::Internal("there is nothing to draw on".to_owned())),
+        };
         let mut took = Took::default();
         let begin = Instant::now();
         let (device, queue) = (self.wgpu.device(), self.wgpu.queue());
-        let skin = match (shown.drawn, &mut self.skin) {
-            (Drawn::Look(_), _) => None,
-            (Drawn::Skin, Some(skin)) => Some(&*skin),
-            (Drawn::Skin, none) => Some(&*none.insert(skin(rig, &self.wgpu)?)),
+        let skin = match shown.drawn {
+            Drawn::Look(look) => Err(look),
+            Drawn::Skin(skin, Fineness::Whole) => {
+                light(&self.wgpu, skin, vertices, shown.camera, page.aspect(), &self.lights, progress)?;
+                self.lit = Some(skin.clone());
+                Ok(skin)
+            }
+            Drawn::Skin(skin, _) if self.lit.as_ref().is_some_and(|lit| Arc::ptr_eq(lit, skin)) => {
+                skin.aim(shown.camera, page.aspect(), &self.lights);
+                Ok(skin)
+            }
+            Drawn::Skin(..) => Err(Look::Smooth),
         };
-        if let Some(skin) = skin {
-            let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            skin.light(&mut encoder, vertices, shown.camera, page.aspect(), &self.lights)?;
-            skin.wait(queue.submit([encoder.finish()]))?;
+        if skin.is_ok() {
             took.lighting = begin.elapsed();
         }
         let begin = Instant::now();
-        if let Drawn::Look(look) = shown.drawn {
+        if let Err(look) = skin {
             self.renderer.show(shown.camera, page.aspect(), look);
         }
         self.overlay.show(shown.camera, page.size(), self.lift, shown.marks)?;
         page.paint(shown.background, |pass| {
             match skin {
-                Some(skin) => skin.draw(pass, vertices),
-                None => self.renderer.draw(pass, vertices)?,
+                Ok(skin) => skin.draw(pass, vertices),
+                Err(_) => self.renderer.draw(pass, vertices)?,
             }
             if !shown.marks.is_empty() {
                 self.overlay.draw(pass);
             }
             Ok(())
         })?;
-        let to = self.sides[side].get_or_insert_with(|| Side::new(&self.state, page.size()));
+        let texture = self.sides[side].turn(device, page.size());
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let size = to.texture.size();
-        encoder.copy_texture_to_texture(page.texture().as_image_copy(), to.texture.as_image_copy(), size);
+        encoder.copy_texture_to_texture(
+            page.texture().as_image_copy(),
+            texture.as_image_copy(),
+            texture.size(),
+        );
         let submitted = queue.submit([encoder.finish()]);
         wait(device, submitted);
         took.drawing = begin.elapsed();
-        Ok(took)
-    }
-
-    /// The texture of a side in the window. `None` before it is drawn.
-    pub(crate) fn texture(&self, side: usize) -> Option<egui::TextureId> {
-        self.sides[side].as_ref().map(|side| side.id)
+        Ok((took, texture))
     }
 
     /// The last picture. Waits for it, which browsers do not allow.
@@ -169,45 +174,61 @@ impl Canvas {
     pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
         self.page.as_ref().map(Offscreen::texture)
     }
-
-    fn forget_sides(&mut self) {
-        for side in self.sides.iter_mut().filter_map(Option::take) {
-            self.state.renderer.write().free_texture(&side.id);
-        }
-    }
-}
-
-impl Drop for Canvas {
-    fn drop(&mut self) {
-        self.forget_sides();
-    }
 }
 
 impl Side {
-    fn new(state: &RenderState, [width, height]: [u32; 2]) -> Self {
-        let texture = state.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("face"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            // The window shows the bytes of its textures unchanged, without the sRGB curve.
-            format: Offscreen::TARGET.color.remove_srgb_suffix(),
-            usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING,
-            view_formats: &[],
-        });
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut renderer = state.renderer.write();
-        let id = renderer.register_native_texture(&state.device, &view, wgpu::FilterMode::Nearest);
-        Self { texture, id }
+    /// The texture for the next picture.
+    fn turn(&mut self, device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::Texture {
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        let texture = &mut self.textures[self.next];
+        self.next = 1 - self.next;
+        let old = texture.take().filter(|texture| texture.size() == size);
+        let new = || {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("face"),
+                size,
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                // The window shows the bytes of its textures unchanged, without the sRGB curve.
+                format: Offscreen::TARGET.color.remove_srgb_suffix(),
+                usage: wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::TEXTURE_BINDING,
+                view_formats: &[],
+            })
+        };
+        texture.insert(old.unwrap_or_else(new)).clone()
     }
 }
 
-fn skin(rig: &Rig, wgpu: &Wgpu) -> Result<SkinRenderer> {
+/// Lights skin: in pieces, so that the window can draw in between. Browsers do not allow the waiting that
+/// this needs.
+fn light(
+    wgpu: &Wgpu,
+    skin: &SkinRenderer,
+    vertices: Vertices<'_>,
+    camera: &Camera,
+    aspect: f32,
+    lights: &Lights,
+    progress: &dyn Progress,
+) -> Result<()> {
+    if cfg!(not(target_arch = "wasm32")) {
+        return skin.light_in_pieces(vertices, camera, aspect, lights, progress);
+    }
+    let mut encoder = wgpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    skin.light(&mut encoder, vertices, camera, aspect, lights)?;
+    wgpu.queue().submit([encoder.finish()]);
+    Ok(())
+}
+
+/// Prepares skin for a rig. It takes seconds for half a million vertices.
+///
+/// # Errors
+/// As [`SkinRenderer::with_progress`].
+pub(crate) fn skin(rig: &Rig, wgpu: &Wgpu, progress: &dyn Progress) -> Result<SkinRenderer> {
     let (device, queue) = (wgpu.device(), wgpu.queue());
     let (millimetres, skin) = (1e3 * rig.surface().metres_per_unit, Skin::default());
     let target = Offscreen::TARGET;
-    let renderer = SkinRenderer::new(
+    let renderer = SkinRenderer::with_progress(
         device,
         queue,
         &rig.surface().rest,
@@ -215,6 +236,7 @@ fn skin(rig: &Rig, wgpu: &Wgpu) -> Result<SkinRenderer> {
         millimetres,
         target,
         skin,
+        progress,
     )?;
     renderer.paint(&albedos(rig, skin.albedo));
     Ok(renderer)

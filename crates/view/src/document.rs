@@ -2,6 +2,7 @@
 
 use crate::edits::{EditedFrame, OpenEdits};
 use crate::history::History;
+use crate::same::Same;
 use crate::soft_selection::{Drag, SoftSelection};
 use crate::transport::Transport;
 use glam::Vec3;
@@ -60,7 +61,7 @@ pub struct Document {
     /// The lowest confidence of the handles in each frame. Empty where all positions are measured.
     confidence: Vec<f32>,
     /// Numbers of a file. Each set has one for every vertex.
-    numbers: Vec<Numbers>,
+    numbers: Same<Vec<Numbers>>,
     /// Live positions, H × 3, and the confidence of each handle. They replace the take's.
     live: Option<(Vec<f32>, Vec<f32>)>,
     /// The play head.
@@ -85,7 +86,7 @@ impl Document {
             edits: None,
             edited: true,
             confidence: Vec::new(),
-            numbers: Vec::new(),
+            numbers: Same::new(Vec::new()),
             live: None,
             transport: Transport::new(&[0.0], 30.0),
             pose,
@@ -149,12 +150,16 @@ impl Document {
     }
 
     /// The effects of edits on the frame that is shown, apart from moves of handles.
-    pub(crate) fn frame_edits(&self) -> Option<EditedFrame<'_>> {
+    pub(crate) fn frame_edits(&self) -> Option<EditedFrame> {
         let edits = &self.shown_edits()?.on_frames;
         let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
         let without = sums(&self.handles(false), &self.pose.offsets);
         let without = Some(without).filter(|without| edits.has_falloff() && *without != self.handles(true));
-        (without.is_some() || edits.touches(time)).then_some(EditedFrame { edits, time, without })
+        (without.is_some() || edits.touches(time)).then(|| EditedFrame {
+            edits: edits.clone(),
+            time,
+            without,
+        })
     }
 
     /// The lowest confidence of the handles in each frame, from 0 to 1. Empty where all positions are
@@ -166,12 +171,17 @@ impl Document {
     /// Offers these numbers for display: each set has a name and V numbers. NaN marks a vertex without a
     /// counterpart.
     pub fn set_numbers(&mut self, numbers: Vec<Numbers>) {
-        self.numbers = numbers;
+        self.numbers = Same::new(numbers);
     }
 
     /// The numbers that can be shown.
     pub fn numbers(&self) -> &[Numbers] {
         &self.numbers
+    }
+
+    /// The same, for another thread.
+    pub(crate) fn shared_numbers(&self) -> Same<Vec<Numbers>> {
+        self.numbers.clone()
     }
 
     /// Shows H × 3 live positions in place of the take's, and H confidences from 0 to 1. `None` shows the
@@ -309,12 +319,17 @@ impl Document {
     /// A frame as a mesh that can be an example of the rig: its V × 3 `positions` with the rig's polygons and
     /// texture coordinates.
     pub fn frame_as_mesh(&self, positions: &[f32]) -> Mesh {
-        Mesh {
-            positions: positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect(),
-            faces: self.rig.surface().faces.clone(),
-            uvs: self.rig.surface().uvs.clone(),
-            materials: self.rig.surface().materials.clone(),
-        }
+        as_mesh(&self.rig, positions)
+    }
+}
+
+/// V × 3 `positions` with the polygons and texture coordinates of `rig`.
+pub(crate) fn as_mesh(rig: &Rig, positions: &[f32]) -> Mesh {
+    Mesh {
+        positions: positions.as_chunks::<3>().0.iter().map(|p| p.map(f64::from)).collect(),
+        faces: rig.surface().faces.clone(),
+        uvs: rig.surface().uvs.clone(),
+        materials: rig.surface().materials.clone(),
     }
 }
 

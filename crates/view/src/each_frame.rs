@@ -2,7 +2,7 @@
 
 use crate::app::{Note, ViewApp};
 use crate::open::Source;
-use crate::{commands, keys, panel, timeline, viewport};
+use crate::{busy, commands, keys, panel, timeline, viewport};
 use eframe::egui;
 use std::sync::PoisonError;
 
@@ -28,7 +28,7 @@ impl eframe::App for ViewApp {
             self.run(command, ui);
         }
         let width = ui.available_width();
-        if self.note.is_some() || self.opening.is_some() {
+        if self.note.is_some() || !self.warnings.is_empty() {
             egui::Panel::bottom("note").show(ui, |ui| self.notes(ui));
         }
         egui::Panel::bottom("time line").show(ui, |ui| timeline::show(self, ui));
@@ -40,6 +40,7 @@ impl eframe::App for ViewApp {
             });
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
+        busy::show(self, &context);
         keys::show(self, &context);
     }
 }
@@ -94,11 +95,21 @@ impl ViewApp {
     }
 
     fn notes(&mut self, ui: &mut egui::Ui) {
-        if let Some(opening) = &self.opening {
-            ui.horizontal(|ui| {
-                ui.spinner();
-                ui.label(format!("reading {}", opening.name));
+        let warnings = std::mem::take(&mut self.warnings);
+        if !warnings.is_empty() {
+            let closed = ui.horizontal_top(|ui| {
+                let closed = ui.button("Close the warnings").clicked();
+                let height = 0.25 * ui.ctx().content_rect().height();
+                egui::ScrollArea::vertical().max_height(height).show(ui, |ui| {
+                    for warning in &warnings {
+                        ui.add(egui::Label::new(format!("Warning: {warning}")).wrap());
+                    }
+                });
+                closed
             });
+            if !closed.inner {
+                self.warnings = warnings;
+            }
         }
         let Some(note) = self.note.clone() else { return };
         ui.horizontal_wrapped(|ui| {

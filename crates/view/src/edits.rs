@@ -1,5 +1,7 @@
 //! The effects of a file of edits on frames. Browsers have no edits.
 
+use crate::same::Same;
+
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use rhytid_playback::FrameEdits;
 
@@ -47,9 +49,9 @@ impl FrameEdits {
 }
 
 /// The effects of edits on the frame that is shown.
-#[derive(Debug, Clone)]
-pub(crate) struct EditedFrame<'a> {
-    pub edits: &'a FrameEdits,
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct EditedFrame {
+    pub edits: Same<FrameEdits>,
     /// The time of the frame, in seconds.
     pub time: f64,
     /// H positions without the edits. `None` unless the edits have a falloff and move handles.
@@ -64,5 +66,5 @@ pub(crate) struct OpenEdits {
     /// frames × H × 3 of the edited take.
     pub positions: Vec<f32>,
     /// All other edits.
-    pub on_frames: FrameEdits,
+    pub on_frames: Same<FrameEdits>,
 }

@@ -74,7 +74,7 @@ impl FrameSource {
         &mut self,
         handles: &[f32],
         wanted: Wanted,
-        edits: Option<&EditedFrame<'_>>,
+        edits: Option<&EditedFrame>,
     ) -> Result<()> {
         let is_direct = wanted.gain == 1.0 && !wanted.on_host && edits.is_none();
         if let (true, Some(drawn)) = (is_direct, &mut self.drawn) {
@@ -114,7 +114,7 @@ impl FrameSource {
         &mut self,
         handles: &[f32],
         gain: f32,
-        edits: Option<&EditedFrame<'_>>,
+        edits: Option<&EditedFrame>,
     ) -> Result<[&[f32]; 2]> {
         self.evaluate_on_host(handles, gain, edits)?;
         Ok([&self.positions, &self.large_scale])
@@ -125,12 +125,7 @@ impl FrameSource {
         [&self.positions, &self.large_scale]
     }
 
-    fn evaluate_on_host(
-        &mut self,
-        handles: &[f32],
-        gain: f32,
-        edits: Option<&EditedFrame<'_>>,
-    ) -> Result<()> {
+    fn evaluate_on_host(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame>) -> Result<()> {
         self.is_on_host = true;
         if let Some(without) = edits.and_then(|edits| edits.without.as_ref()) {
             self.evaluate_one(without.as_flattened(), gain, edits)?;
@@ -154,7 +149,7 @@ impl FrameSource {
     }
 
     /// Positions, large scale and normals of H × 3 handle positions. Their wrinkles are multiplied by `gain`.
-    fn evaluate_one(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame<'_>>) -> Result<()> {
+    fn evaluate_one(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame>) -> Result<()> {
         let other = match &mut self.other {
             Some(other) => other,
             none => {
@@ -167,7 +162,7 @@ impl FrameSource {
         other.evaluate(handles)?;
         other.read(Stage::Positions, &mut self.positions)?;
         other.read(Stage::LargeScale, &mut self.large_scale)?;
-        let scale = |edits: &EditedFrame<'_>| {
+        let scale = |edits: &EditedFrame| {
             edits.edits.scale_wrinkles(edits.time, &self.large_scale, &mut self.positions)
         };
         let scaled = edits.is_some_and(scale);
@@ -183,11 +178,6 @@ impl FrameSource {
         let (normals, _) = self.normals.as_chunks_mut::<3>();
         normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));
         Ok(())
-    }
-
-    /// The rig.
-    pub(crate) fn rig(&self) -> &Arc<Rig> {
-        &self.rig
     }
 
     /// The device that draws.

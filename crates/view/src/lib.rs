@@ -26,6 +26,7 @@
 
 mod acts;
 mod app;
+mod busy;
 mod canvas;
 mod commands;
 mod document;
@@ -40,19 +41,26 @@ mod keys;
 mod live;
 mod open;
 mod orbit;
+mod order;
+mod pace;
+mod painter;
 mod panel;
 mod pick;
+mod same;
 #[cfg(not(target_arch = "wasm32"))]
 mod save;
 mod scene;
+mod screen;
 mod settings;
 mod slow_frames;
 mod soft_selection;
+mod studio;
 mod timeline;
 mod transport;
 mod viewport;
 #[cfg(not(target_arch = "wasm32"))]
 mod window;
+mod work;
 #[cfg(not(target_arch = "wasm32"))]
 mod world;
 

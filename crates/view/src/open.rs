@@ -5,11 +5,18 @@ use crate::document::OpenTake;
 use crate::document::TimelineEvent;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
-use rhytid_core::{Error, Result, Rig, Take, rig_file};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::same::Same;
+use crate::work::Task;
+use eframe::egui;
+#[cfg(not(target_arch = "wasm32"))]
+use rhytid_core::Warning;
+use rhytid_core::{Error, Progress, Result, Rig, Take, rig_file};
+#[cfg(not(target_arch = "wasm32"))]
+use rhytid_formats::FileKind;
 use rhytid_formats::mesh::{self, Numbers};
 use rhytid_formats::take::{self, Missing};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// The contents of a file.
 #[derive(Debug)]
@@ -40,6 +47,13 @@ impl Source {
         }
     }
 
+    /// The name without its folder.
+    fn short_name(&self) -> String {
+        let name = self.name();
+        let last = std::path::Path::new(&name).file_name().map(|last| last.to_string_lossy().into_owned());
+        last.unwrap_or(name)
+    }
+
     /// Whether the name is that of a rig.
     fn is_rig(&self) -> bool {
         self.name().to_lowercase().ends_with(".safetensors")
@@ -51,12 +65,12 @@ impl Source {
     }
 
     /// Reads the file. A take is read for `rig`, edits for `take`.
-    fn read(&self, rig: Option<&Rig>, take: Option<&Take>) -> Result<Opened> {
+    fn read(&self, rig: Option<&Rig>, take: Option<&Take>, progress: &dyn Progress) -> Result<Opened> {
         let name = self.name();
         if self.is_edits() {
             return match (self, rig, take) {
                 #[cfg(not(target_arch = "wasm32"))]
-                (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name),
+                (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name, progress),
                 (Self::Bytes(..), ..) => Err(Error::unsupported_format(format!(
                     "{name}: this page cannot open edits; the window on a computer can"
                 ))),
@@ -67,6 +81,7 @@ impl Source {
             };
         }
         if self.is_rig() {
+            progress.report("read the rig", 0, 1);
             let rig = match self {
                 #[cfg(not(target_arch = "wasm32"))]
                 Self::Path(path) => rig_file::read(path)?,
@@ -77,11 +92,7 @@ impl Source {
             }
             return Ok(Opened::Rig(Arc::new(rig), name));
         }
-        let rig = rig.ok_or_else(|| {
-            Error::unsupported_format(format!(
-                "{name}: is not a rig (.safetensors); open a rig first, then a take for it"
-            ))
-        })?;
+        let rig = rig.ok_or_else(|| self.no_rig())?;
         if name.to_lowercase().ends_with(".ply") {
             let vertices = rig.vertices();
             return Ok(Opened::Numbers(match self {
@@ -92,26 +103,47 @@ impl Source {
         }
         match self {
             #[cfg(not(target_arch = "wasm32"))]
-            Self::Path(path) => take_in(path, rig, name),
+            Self::Path(path) => take_in(path, rig, name, progress),
             Self::Bytes(_, bytes) => {
                 let take = take::decode(bytes, &name, Some(&rig.handles().labels), Missing::Hold)?;
                 Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }))
             }
         }
     }
+
+    /// The reason why nothing but a rig can be opened.
+    fn no_rig(&self) -> Error {
+        let then = "open a rig first, then a take for it";
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Self::Path(path) = self {
+            if let Err(error) = std::fs::metadata(path) {
+                return Error::io(path)(error);
+            }
+            if let Err(error) = FileKind::expect(path, &[FileKind::Rig]) {
+                return error.reworded(|said| format!("{said}; {then}"));
+            }
+        }
+        Error::unsupported_format(format!("{}: is not a rig (.safetensors); {then}", self.name()))
+    }
 }
 
 /// A file of edits, and the edited take.
 #[cfg(not(target_arch = "wasm32"))]
-fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Result<Opened> {
+fn edits_in(
+    path: &std::path::Path,
+    rig: &Rig,
+    take: &Take,
+    name: String,
+    progress: &dyn Progress,
+) -> Result<Opened> {
     use crate::edits::FrameEdits;
-    use rhytid_core::{Backend, NoProgress};
+    use rhytid_core::Backend;
     use rhytid_formats::Reach;
     use rhytid_playback::Layers;
     let layers = Layers::read(path, rig, Reach::Below)?;
     let edited = layers.edit(take.clone(), rig)?;
     let devices = rhytid_backend_cpu::Cpu::devices()?;
-    let on_frames = FrameEdits::new(&layers, rig, &edited, &devices, &NoProgress)?;
+    let on_frames = Same::new(FrameEdits::new(&layers, rig, &edited, &devices, progress)?);
     Ok(Opened::Edits(OpenEdits {
         name,
         positions: edited.take.handle_positions(&rig.handles().labels)?,
@@ -121,19 +153,19 @@ fn edits_in(path: &std::path::Path, rig: &Rig, take: &Take, name: String) -> Res
 
 /// A take's CSV, or the file of a capture system, which is cleaned up.
 #[cfg(not(target_arch = "wasm32"))]
-fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
-    use rhytid_core::NoProgress;
+fn take_in(path: &std::path::Path, rig: &Rig, name: String, progress: &dyn Progress) -> Result<Opened> {
     use rhytid_formats::raw_take::Contents;
     use rhytid_playback::{CleanUp, read_raw_take, read_take};
-    if rhytid_formats::raw_take::is_take_csv(path) {
-        let take = take::read(path, Some(&rig.handles().labels), Missing::Hold)?;
+    FileKind::expect(path, &[FileKind::Take, FileKind::RawTake, FileKind::Curves])?;
+    let clean_up = CleanUp::default();
+    if rhytid_formats::raw_take::is_take_csv(path)
+        || rhytid_formats::raw_take::contents(path) == Contents::Curves
+    {
+        let take = read_take(path, rig, Missing::Hold, &clean_up, progress)?;
+        doubts(&take, rig).into_iter().for_each(|doubt| progress.warn(&doubt.in_file(&name)));
         return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
     }
-    if rhytid_formats::raw_take::contents(path) == Contents::Curves {
-        let take = read_take(path, rig, Missing::Hold, &CleanUp::default(), &NoProgress)?;
-        return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
-    }
-    let (cleaned, _) = read_raw_take(path, rig, &CleanUp::default(), &NoProgress)?;
+    let (cleaned, _) = read_raw_take(path, rig, &clean_up, progress)?;
     let label = |marker: Option<usize>| {
         marker.and_then(|marker| rig.handles().labels.get(marker)).map_or("head", |l| l)
     };
@@ -146,74 +178,87 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String) -> Result<Opened> {
     Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: cleaned.take }))
 }
 
-/// Files that are being read, on a thread where the system has threads.
-#[derive(Debug)]
-pub(crate) struct Opening {
-    /// The names of the files.
-    pub name: String,
-    result: Receiver<Result<Vec<Opened>>>,
-}
-
-impl Opening {
-    /// Reads a rig, takes and edits. Takes and edits belong to the rig and the take among these files, or
-    /// else to the open `rig` and `take`. `done` is called at the end.
-    pub(crate) fn new(
-        sources: Vec<Source>,
-        rig: Option<Arc<Rig>>,
-        take: Option<Take>,
-        done: impl FnOnce() + Send + 'static,
-    ) -> Self {
-        let (sender, result) = channel();
-        let name = sources.iter().map(Source::name).collect::<Vec<_>>().join(", ");
-        let read = move || {
-            // The receiver may be gone.
-            let _ = sender.send(read(sources, rig, take));
-            done();
-        };
-        #[cfg(not(target_arch = "wasm32"))]
-        std::thread::spawn(read);
-        #[cfg(target_arch = "wasm32")]
-        read();
-        Self { name, result }
-    }
-
-    /// The contents. `None` while they are being read.
-    pub(crate) fn result(&self) -> Option<Result<Vec<Opened>>> {
-        match self.result.try_recv() {
-            Ok(result) => Some(result),
-            Err(TryRecvError::Empty) => None,
-            Err(TryRecvError::Disconnected) => {
-                Some(Err(Error::Internal(format!("reading {} ended without a result", self.name))))
-            }
+/// What is likely wrong with a take that was not cleaned.
+#[cfg(not(target_arch = "wasm32"))]
+fn doubts(take: &Take, rig: &Rig) -> Vec<Warning> {
+    use rhytid_capture::{Misfit, Target, gross_strain, misfit};
+    let remedy = match misfit(take, &Target::from_rig(rig)) {
+        None => return gross_strain(take, rig).iter().map(|strain| strain.warning(take)).collect(),
+        Some(misfit @ Misfit::Space(_)) => {
+            format!("{misfit}; bring the take into the rig's unit and axes")
         }
-    }
+        Some(misfit @ Misfit::HeadMotion(_)) => {
+            format!("{misfit}; clean it as a raw take, which takes the head's motion out")
+        }
+        Some(misfit) => {
+            format!("{misfit}; check that rig and take belong together, and that labels name the same places")
+        }
+    };
+    vec![Warning::from(remedy)]
 }
 
-fn read(mut sources: Vec<Source>, mut rig: Option<Arc<Rig>>, mut take: Option<Take>) -> Result<Vec<Opened>> {
+/// Files that are being read. Each is handed over as soon as it has been read.
+pub(crate) type Opening = Task<Result<Opened>>;
+
+/// Begins to read a rig, takes and edits. Takes and edits belong to the rig and the take among these files, or
+/// else to the open `rig` and `take`.
+pub(crate) fn begin(
+    sources: Vec<Source>,
+    rig: Option<Arc<Rig>>,
+    take: Option<Take>,
+    context: &egui::Context,
+) -> Opening {
+    let names = sources.iter().map(Source::short_name).collect::<Vec<_>>().join(", ");
+    Task::new(format!("reading {names}"), context, move |work, give| {
+        if let Err(error) = read(sources, rig, take, work, give) {
+            give(Err(error));
+        }
+    })
+}
+
+fn read(
+    mut sources: Vec<Source>,
+    mut rig: Option<Arc<Rig>>,
+    mut take: Option<Take>,
+    progress: &dyn Progress,
+    give: &dyn Fn(Result<Opened>),
+) -> Result<()> {
     sources.sort_by_key(|source| (!source.is_rig(), source.is_edits()));
-    let mut opened = Vec::new();
+    let needs_take = sources.iter().any(Source::is_edits);
     for source in sources {
-        let found = source.read(rig.as_deref(), take.as_ref())?;
+        let found = source.read(rig.as_deref(), take.as_ref(), progress)?;
+        if progress.cancelled() {
+            return Err(Error::Cancelled);
+        }
         match &found {
             Opened::Rig(found, _) => (rig, take) = (Some(found.clone()), None),
-            Opened::Take(found) => take = Some(found.take.clone()),
-            Opened::Numbers(_) => {}
+            Opened::Take(found) if needs_take => take = Some(found.take.clone()),
+            Opened::Take(_) | Opened::Numbers(_) => {}
             #[cfg(not(target_arch = "wasm32"))]
             Opened::Edits(_) => {}
         }
-        opened.push(found);
+        give(Ok(found));
     }
-    Ok(opened)
+    Ok(())
 }
 
 #[cfg(all(test, not(target_arch = "wasm32")))]
 mod tests {
     use super::*;
+    use crate::work::Next;
     use rhytid_core::NoProgress;
+    use std::time::Duration;
 
     fn open(sources: Vec<Source>) -> Result<Vec<Opened>> {
-        let opening = Opening::new(sources, None, None, || ());
-        opening.result.recv_timeout(std::time::Duration::from_secs(60)).unwrap()
+        let opening = begin(sources, None, None, &egui::Context::default());
+        let mut opened = Vec::new();
+        loop {
+            match opening.wait(Duration::from_secs(60)) {
+                Next::Result(result) => opened.push(result?),
+                Next::Ended => return Ok(opened),
+                other => panic!("{other:?}"),
+            }
+        }
     }
 
     #[test]

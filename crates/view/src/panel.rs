@@ -246,17 +246,11 @@ fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
             }
         });
         if chosen != app.device {
-            let before = std::mem::replace(&mut app.device, chosen);
-            app.attempt(|app| {
-                let Some(scene) = &app.scene else { return Ok(()) };
-                let changed = app
-                    .other_device(&scene.document.rig.clone())
-                    .and_then(|other| app.scene.as_mut().map_or(Ok(()), |scene| scene.set_device(other)));
-                if changed.is_err() {
-                    app.device = before;
-                }
-                changed
-            });
+            match &mut app.scene {
+                // The choice is shown when the rig is there.
+                Some(scene) => scene.set_device(chosen),
+                None => app.device = chosen,
+            }
         }
     }
     let Some(scene) = &app.scene else { return };

@@ -2,9 +2,11 @@
 
 use crate::app::ViewApp;
 use crate::commands::Command;
-use rhytid_core::{AtomicFile, Error, Result};
+use crate::painter::Job;
+use rhytid_core::{AtomicFile, Error, Mesh, Result};
 use rhytid_formats::edits::{Curve, Ease, Edits, Offset};
 use rhytid_formats::{edits, mesh, take};
+use rhytid_render::Picture;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -14,28 +16,30 @@ const MOST: usize = 10_000;
 impl ViewApp {
     /// Saves the file of a command, and shows where it is.
     pub(crate) fn save(&mut self, command: Command) {
-        if self.scene.is_some() {
-            let saved = self.try_save(command).map(|path| format!("saved {}", path.display()));
-            self.tell(saved);
+        match self.try_save(command) {
+            // The painter says so when it has written the file.
+            Ok(None) => {}
+            Ok(Some(path)) => self.saved(&path),
+            Err(error) => self.tell(Err(error)),
         }
     }
 
-    fn try_save(&mut self, command: Command) -> Result<PathBuf> {
-        let gain = self.settings.gain;
-        let scene = self.scene.as_mut().ok_or_else(|| Error::empty("no rig is open"))?;
+    /// Shows where a file is.
+    pub(crate) fn saved(&mut self, path: &Path) {
+        self.tell(Ok(format!("saved {}", path.display())));
+    }
+
+    /// The file, if it is there already.
+    fn try_save(&mut self, command: Command) -> Result<Option<PathBuf>> {
+        let Some(scene) = &mut self.scene else { return Ok(None) };
         let rig = PathBuf::from(&scene.document.name);
         match command {
             Command::SaveFrame => {
                 let path = free(&rig, "pose", "csv")?;
                 take::write(&path, &scene.document.frame_as_take())?;
-                Ok(path)
+                Ok(Some(path))
             }
-            Command::SaveExample => {
-                let path = free(&rig, "pose", "obj")?;
-                let positions = scene.on_host(gain)?[0].to_vec();
-                mesh::write_obj(&path, &scene.document.frame_as_mesh(&positions))?;
-                Ok(path)
-            }
+            Command::SaveExample => scene.save(|order| Job::SaveMesh(order, rig)).map(|()| None),
             Command::SaveEdits => {
                 let markers = scene.document.drags();
                 if markers.is_empty() {
@@ -45,18 +49,27 @@ impl ViewApp {
                 let (amount, ease) = (Curve::constant(1.0), Ease::default());
                 let offset = Offset { region: None, millimetres: None, markers, amount, ease };
                 edits::write(&path, &Edits { offsets: vec![offset], ..Edits::default() })?;
-                Ok(path)
+                Ok(Some(path))
             }
-            _ => {
-                let path = free(&rig, "view", "png")?;
-                let picture = scene.picture()?.ok_or_else(|| Error::empty("nothing was drawn yet"))?;
-                let mut file = AtomicFile::create(&path)?;
-                file.write_all(&picture.png()?).map_err(file.error())?;
-                file.finish()?;
-                Ok(path)
-            }
+            _ => scene.save(|order| Job::SavePicture(order, rig)).map(|()| None),
         }
     }
+}
+
+/// Writes a frame beside the rig's file.
+pub(crate) fn mesh(rig: &Path, mesh: &Mesh) -> Result<PathBuf> {
+    let path = free(rig, "pose", "obj")?;
+    mesh::write_obj(&path, mesh)?;
+    Ok(path)
+}
+
+/// Writes a picture beside the rig's file.
+pub(crate) fn picture(rig: &Path, picture: &Picture) -> Result<PathBuf> {
+    let path = free(rig, "view", "png")?;
+    let mut file = AtomicFile::create(&path)?;
+    file.write_all(&picture.png()?).map_err(file.error())?;
+    file.finish()?;
+    Ok(path)
 }
 
 /// The first free name, such as `FACE-pose-0001.csv` beside `FACE.safetensors`.

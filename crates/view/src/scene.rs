@@ -1,22 +1,28 @@
-//! The open document, evaluated and drawn.
+//! The open document and its picture.
 
-use crate::canvas::{Canvas, Drawn, Shown, Took};
 use crate::document::Document;
-use crate::frame_source::{FrameSource, OtherDevice, Wanted};
 use crate::orbit::Orbit;
+use crate::order::Order;
+use crate::pace::{Fineness, Pace};
+use crate::painter::{Answer, Done, Job, JobKind, Painted, Painter, Then};
 use crate::pick;
+use crate::same::Same;
+use crate::screen::Screen;
 use crate::settings::{Before, Settings, Show};
+use crate::studio::Studio;
+use crate::work::{DeviceTask, Next, Task, Work};
+use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use rhytid_backend_wgpu::Wgpu;
-use rhytid_core::{Explanation, Result, Rig};
-use rhytid_render::{Camera, Heat, Lights, Mark, Strains, distances, influence_marks, marker_marks};
+use rhytid_core::{DeviceInfo, Error, Explanation, Result, Rig};
+use rhytid_render::SkinRenderer;
+#[cfg(not(target_arch = "wasm32"))]
+use std::path::PathBuf;
 use std::sync::Arc;
-use web_time::{Duration, Instant};
+use web_time::Duration;
 
-const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
-const TAKEN: [f32; 3] = [1.0, 0.35, 0.0];
-const PINNED: [f32; 3] = [0.05, 0.2, 0.9];
-const RIM: [f32; 3] = [1.0, 1.0, 1.0];
+/// A picture that takes longer is stopped if it is out of date.
+const LONG: Duration = Duration::from_millis(60);
 
 /// The times of the last picture, by parts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -29,26 +35,51 @@ pub struct Times {
     pub drawing: Duration,
 }
 
-/// Everything that a picture depends on. If nothing of it has changed, the picture is not drawn again.
-#[derive(PartialEq)]
-struct Seen {
-    handles: Vec<[f32; 3]>,
-    undragged: Option<Vec<[f32; 3]>>,
-    /// The time of the frame, if edits depend on it.
-    edited: Option<f64>,
-    camera: Camera,
-    settings: Settings,
-    size: [u32; 2],
-    background: [u8; 4],
-    selected: Vec<usize>,
-    pinned: Vec<bool>,
-    /// The confidence of a live frame's markers.
-    confidence: Vec<f32>,
-    under: Option<usize>,
-    vertex: Option<usize>,
+impl std::ops::Add for Times {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            evaluation: self.evaluation + other.evaluation,
+            lighting: self.lighting + other.lighting,
+            drawing: self.drawing + other.drawing,
+        }
+    }
 }
 
-/// An open rig with everything that draws it.
+/// The light of skin for the rig, as far as it is prepared.
+enum SkinState {
+    None,
+    Preparing(DeviceTask<Result<SkinRenderer>>),
+    Ready(Same<SkinRenderer>),
+    /// It could not be prepared.
+    Failed,
+}
+
+/// How the window sees its pictures.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct View {
+    pub size: [u32; 2],
+    pub background: [u8; 4],
+    /// The time, in seconds since the window was made.
+    pub now: f64,
+    /// How long the window waits for a picture before it goes on with the last one.
+    pub patience: Duration,
+}
+
+/// What the window has to hear of the scene's work.
+#[derive(Debug)]
+pub(crate) enum News {
+    /// The device that evaluates from now on.
+    Device(Option<DeviceInfo>),
+    /// The chosen device was refused. The one before stays.
+    DeviceRefused(Error),
+    #[cfg(not(target_arch = "wasm32"))]
+    Saved(PathBuf),
+    Failed(Error),
+}
+
+/// An open rig and its picture.
 pub(crate) struct Scene {
     pub document: Document,
     pub orbit: Orbit,
@@ -60,175 +91,271 @@ pub(crate) struct Scene {
     pub vertex: Option<usize>,
     pub times: Times,
     /// The place of the picture in the window, in points.
-    pub place: Option<eframe::egui::Rect>,
+    pub place: Option<egui::Rect>,
     /// The number of pictures since the rig was opened.
     pub drawn: u64,
-    canvas: Canvas,
-    source: FrameSource,
-    /// The same rig with the shell alone. It is made when it is first needed.
-    shell: Option<FrameSource>,
-    strains: Option<Strains>,
-    seen: Option<Seen>,
+    pub pace: Pace,
+    wgpu: Wgpu,
+    context: egui::Context,
+    painter: Painter,
+    screen: Screen,
+    skin: SkinState,
+    /// The size of the picture in pixels.
+    size: [u32; 2],
+    /// What the window wants to be shown.
+    wanted: Option<Order>,
+    /// What is being drawn.
+    asked: Option<(Order, Fineness)>,
+    /// What is shown.
+    shown: Option<(Order, Fineness)>,
+    /// What could not be drawn, or was stopped. It is not tried again.
+    given_up: Option<Order>,
 }
 
 impl Scene {
-    /// Opens a rig in the window of `state`, whose device `wgpu` shares. An `other` device evaluates it, if
-    /// one is given.
-    ///
-    /// # Errors
-    /// As uploading the rig.
+    /// Opens a rig in the window of `state` and `context`, whose device `wgpu` shares. If a `device` is
+    /// given, it evaluates. The scene `before` makes room first.
     pub(crate) fn new(
         rig: Arc<Rig>,
         name: &str,
         wgpu: &Wgpu,
-        state: &RenderState,
-        other: Option<OtherDevice>,
-    ) -> Result<Self> {
-        Ok(Self {
-            canvas: Canvas::new(&rig, wgpu, state)?,
-            source: FrameSource::new(rig.clone(), wgpu, other)?,
+        window: (&RenderState, &egui::Context),
+        device: Option<DeviceInfo>,
+        before: Option<Self>,
+    ) -> Self {
+        let (state, context) = window;
+        let (before, skin) = before.map_or((None, None), |b| (Some(b.painter), Some(b.skin)));
+        if let Some(SkinState::Preparing(DeviceTask(task))) = &skin {
+            task.work.stop();
+        }
+        let make = {
+            let (rig, wgpu) = (rig.clone(), wgpu.clone());
+            move || {
+                drop(skin);
+                Studio::new(rig, &wgpu, device.as_ref())
+            }
+        };
+        Self {
+            painter: Painter::new(context, before, make),
+            screen: Screen::new(state),
             orbit: Orbit::new(&rig, 1.0),
             document: Document::new(rig, name),
+            wgpu: wgpu.clone(),
+            context: context.clone(),
             selected: Vec::new(),
             under: None,
             vertex: None,
             times: Times::default(),
             place: None,
             drawn: 0,
-            shell: None,
-            strains: None,
-            seen: None,
-        })
+            pace: Pace::default(),
+            skin: SkinState::None,
+            size: [1; 2],
+            wanted: None,
+            asked: None,
+            shown: None,
+            given_up: None,
+        }
     }
 
-    /// Evaluates on another device from now on. `None` for the device that draws.
-    ///
-    /// # Errors
-    /// As uploading the rig.
-    pub(crate) fn set_device(&mut self, other: Option<OtherDevice>) -> Result<()> {
-        let (rig, wgpu) = (self.source.rig().clone(), self.source.wgpu().clone());
-        self.source = FrameSource::new(rig, &wgpu, other)?;
-        self.seen = None;
-        Ok(())
+    /// Has the picture drawn if anything of it has changed, and shows what has been drawn. The result is what
+    /// the window has to hear of.
+    pub(crate) fn draw(&mut self, settings: &Settings, view: View) -> Vec<News> {
+        let mut news = Vec::new();
+        self.size = view.size;
+        self.prepare_skin(settings, view.patience, &mut news);
+        self.hear(Duration::ZERO, &mut news);
+        let order = self.order(settings, view);
+        if self.wanted.as_ref() != Some(&order) {
+            self.pace.change(view.now);
+            self.wanted = Some(order.clone());
+        }
+        self.stop_what_is_old(&order);
+        let fineness = self.pace.fineness(view.now);
+        let is_shown = |(shown, how): &(Order, Fineness)| {
+            *shown == order && (*how == Fineness::Whole || fineness != Fineness::Whole)
+        };
+        let is_due = self.asked.is_none()
+            && self.given_up.as_ref() != Some(&order)
+            && !self.shown.as_ref().is_some_and(is_shown);
+        if is_due && self.painter.is_alive() {
+            self.asked = Some((order.clone(), fineness));
+            self.painter.request(Job::Paint(Box::new(order), fineness));
+        }
+        // A picture that takes long wakes the window when it is there.
+        let waits = is_due || self.pace.always_whole;
+        self.hear(if waits { view.patience } else { Duration::ZERO }, &mut news);
+        if fineness != Fineness::Whole
+            && let Some(wait) = self.pace.until_rest(view.now)
+        {
+            self.context.request_repaint_after(wait);
+        }
+        news
     }
 
-    /// Evaluates and draws everything that has changed since the last picture. The picture has `size` pixels.
-    /// The result is whether anything has changed.
-    ///
-    /// # Errors
-    /// As evaluating and drawing.
-    pub(crate) fn draw(&mut self, settings: &Settings, size: [u32; 2], background: [u8; 4]) -> Result<bool> {
-        let seen = Seen {
+    /// Stops a whole picture that is long in the making and out of date.
+    fn stop_what_is_old(&mut self, order: &Order) {
+        let Some((asked, Fineness::Whole)) = &self.asked else { return };
+        let Some(work) = self.painter.work() else { return };
+        let age = work.age();
+        if *asked != *order && age > LONG && !self.pace.always_whole {
+            work.stop();
+            self.pace.measured(Times { lighting: age, ..self.times });
+        }
+    }
+
+    /// Everything that the picture depends on.
+    fn order(&self, settings: &Settings, view: View) -> Order {
+        // These settings do not change a picture.
+        let Settings { wipe, reach, mirrored, .. } = Settings::default();
+        Order {
             handles: self.document.handles(true),
             undragged: (settings.before == Before::Take).then(|| self.document.handles(false)),
-            edited: self.document.frame_edits().map(|edits| edits.time),
+            edits: self.document.frame_edits(),
             camera: self.orbit.camera(),
-            settings: settings.clone(),
-            size,
-            background,
+            settings: Settings { wipe, reach, mirrored, ..settings.clone() },
+            size: view.size,
+            background: view.background,
             selected: self.selected.clone(),
             pinned: self.document.pose().pinned.clone(),
             confidence: self.document.live_confidence().to_vec(),
             under: self.under,
             vertex: self.vertex,
-        };
-        if self.seen.as_ref() == Some(&seen) {
-            return Ok(false);
+            numbers: self.document.shared_numbers(),
+            skin: match &self.skin {
+                SkinState::Ready(skin) if settings.show == Show::Skin => Some(skin.clone()),
+                _ => None,
+            },
         }
-        self.seen = None;
-        self.canvas.resize(size)?;
-        *self.canvas.lights() = lights(settings);
-        self.times = Times::default();
-        match settings.before {
-            Before::Off => {}
-            Before::Shell => self.side(1, &seen, &seen.handles, 1.0, true)?,
-            Before::LargeScale => self.side(1, &seen, &seen.handles, 0.0, false)?,
-            Before::Take => {
-                let undragged = seen.undragged.as_deref().unwrap_or(&seen.handles);
-                self.side(1, &seen, undragged, settings.gain, false)?;
-            }
-        }
-        self.side(0, &seen, &seen.handles, settings.gain, false)?;
-        self.drawn += 1;
-        self.seen = Some(seen);
-        Ok(true)
     }
 
-    /// Draws one side, of the shell's rig or of the rig itself. `gain` is the factor of the wrinkles.
-    fn side(
-        &mut self,
-        side: usize,
-        seen: &Seen,
-        handles: &[[f32; 3]],
-        gain: f32,
-        of_shell: bool,
-    ) -> Result<()> {
-        let settings = &seen.settings;
-        let rig = self.document.rig.clone();
-        let source = match (of_shell, &mut self.shell) {
-            (false, _) => &mut self.source,
-            (true, Some(shell)) => shell,
-            (true, none) => {
-                let shell = Arc::new((*rig).clone().shell()?);
-                none.insert(FrameSource::new(shell, self.source.wgpu(), None)?)
+    /// Prepares the light of skin when it is first shown.
+    fn prepare_skin(&mut self, settings: &Settings, patience: Duration, news: &mut Vec<News>) {
+        let is_wanted = settings.show == Show::Skin;
+        if let (SkinState::None, true) = (&self.skin, is_wanted) {
+            let (rig, wgpu) = (self.document.rig.clone(), self.wgpu.clone());
+            let words = "preparing the light in the skin".to_owned();
+            let task = Task::new(words, &self.context, move |work, give| {
+                give(crate::canvas::skin(&rig, &wgpu, work));
+            });
+            self.skin = SkinState::Preparing(DeviceTask(task));
+        }
+        let SkinState::Preparing(DeviceTask(task)) = &self.skin else { return };
+        self.skin = match task.wait(if is_wanted { patience } else { Duration::ZERO }) {
+            Next::Waiting => return,
+            Next::Result(Ok(skin)) => SkinState::Ready(Same::new(skin)),
+            Next::Result(Err(Error::Cancelled)) => SkinState::None,
+            Next::Result(Err(error)) => {
+                news.push(News::Failed(error));
+                SkinState::Failed
+            }
+            Next::Ended | Next::Broken => {
+                news.push(News::Failed(Error::Internal("preparing skin ended without a result".into())));
+                SkinState::Failed
             }
         };
-        let begin = Instant::now();
-        let on_host = settings.show.is_made_on_the_host();
-        // The other side of the comparison has no edits either.
-        let edits = self.document.frame_edits().filter(|_| side == 0);
-        source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits.as_ref())?;
-        self.times.evaluation += begin.elapsed();
-        let begin = Instant::now();
-        let mut marks = Vec::new();
-        if on_host {
-            let [positions, large_scale] = source.last_on_host();
-            match settings.show {
-                Show::Strain => {
-                    let strains = self
-                        .strains
-                        .get_or_insert_with(|| Strains::new(&rig.surface().faces, &rig.surface().rest));
-                    source.set_numbers(&strains.measure(positions));
+    }
+
+    /// Takes what the painter has done. Waits for the picture up to `patience`.
+    fn hear(&mut self, patience: Duration, news: &mut Vec<News>) {
+        while let Some(Done { job, result }) = self.painter.answer(patience) {
+            let asked = if job == Some(JobKind::Paint) { self.asked.take() } else { None };
+            match (result, job) {
+                (Ok(Answer::Ready), _) => {}
+                (Ok(Answer::Painted(painted)), _) => self.show(*painted),
+                (Ok(Answer::Picked(found, Then::Explain)), _) => self.vertex = found.map(|found| found.0),
+                (Ok(Answer::Picked(found, Then::Focus)), _) => {
+                    if let Some((_, point)) = found {
+                        self.orbit.focus(point);
+                    }
                 }
-                Show::Detail => {
-                    let millimetres = 1e3 * rig.surface().metres_per_unit as f32;
-                    source.set_numbers(&distances(positions, large_scale, millimetres));
+                (Ok(Answer::Device(device)), _) => {
+                    self.shown = None;
+                    news.push(News::Device(device));
                 }
-                Show::Numbers => {
-                    // A vertex without a number has the colour of the largest ones, so that it is noticed.
-                    let most = settings.numbers_range.0;
-                    let number = |x: &f32| if x.is_nan() { most } else { *x };
-                    let numbers = self.document.numbers().get(settings.numbers);
-                    let none = vec![0.0; rig.vertices()];
-                    let numbers = numbers.map_or(none, |(_, list)| list.iter().map(number).collect());
-                    source.set_numbers(&numbers);
+                #[cfg(not(target_arch = "wasm32"))]
+                (Ok(Answer::Saved(path)), _) => news.push(News::Saved(path)),
+                (Err(Error::Cancelled), Some(_)) => {}
+                (Err(error), Some(JobKind::Device)) => news.push(News::DeviceRefused(error)),
+                (Err(error), _) => {
+                    self.given_up = asked.map(|(order, _)| order);
+                    news.push(News::Failed(error));
                 }
-                Show::Influences => {
-                    marks.extend(seen.vertex.iter().flat_map(|&v| influence_marks(&rig, positions, v)));
-                }
-                _ => marks.extend(marker_marks(&rig, positions, Heat::Signed(settings.strain_range))),
             }
         }
-        if settings.markers {
-            marks.extend(dots(seen, handles));
+    }
+
+    fn show(&mut self, painted: Painted) {
+        self.screen.show(&painted.textures, painted.fineness.parts() > 1);
+        if painted.fineness == Fineness::Whole {
+            self.pace.measured(painted.times);
         }
-        let drawn = settings.look().map_or(Drawn::Skin, Drawn::Look);
-        let shown = Shown { camera: &seen.camera, drawn, marks: &marks, background: seen.background };
-        let took = self.canvas.draw(side, &rig, source.vertices()?, shown)?;
-        let Took { lighting, drawing } = took;
-        self.times.lighting += lighting;
-        self.times.drawing += drawing + begin.elapsed().saturating_sub(lighting + drawing);
+        self.times = painted.times;
+        self.drawn += 1;
+        self.shown = Some((painted.order, painted.fineness));
+    }
+
+    /// The work that the user may want to know of, with its words.
+    pub(crate) fn work(&self, settings: &Settings) -> Option<(String, &Work)> {
+        if let SkinState::Preparing(DeviceTask(task)) = &self.skin
+            && settings.show == Show::Skin
+        {
+            return Some((task.in_words(), &task.work));
+        }
+        let work = self.painter.work()?;
+        let step = work.step_in_words();
+        let words = if step.is_empty() { "putting the face on the device".to_owned() } else { step };
+        Some((words, work))
+    }
+
+    /// Stops the work. A picture that was stopped stays as it is until something changes.
+    pub(crate) fn stop(&mut self, settings: &mut Settings) {
+        if let SkinState::Preparing(DeviceTask(task)) = &self.skin
+            && settings.show == Show::Skin
+        {
+            task.work.stop();
+            settings.show = Show::default();
+            return;
+        }
+        self.given_up = self.asked.as_ref().map(|(order, _)| order.clone());
+        if let Some(work) = self.painter.work() {
+            work.stop();
+        }
+    }
+
+    /// Whether the picture is out of date, or coarse.
+    pub(crate) fn is_drawing(&self) -> bool {
+        let is_shown = |wanted: &Order| {
+            let is_whole = |(shown, how): &(Order, Fineness)| shown == wanted && *how == Fineness::Whole;
+            self.shown.as_ref().is_some_and(is_whole) || self.given_up.as_ref() == Some(wanted)
+        };
+        let shows_skin = self.wanted.as_ref().is_some_and(|order| order.settings.show == Show::Skin);
+        let is_preparing = shows_skin && matches!(self.skin, SkinState::Preparing(_));
+        let is_done = self.wanted.as_ref().is_some_and(is_shown) && self.painter.work().is_none();
+        self.painter.is_alive() && (is_preparing || !is_done)
+    }
+
+    /// Evaluates on another device from now on. `None` for the device that draws.
+    pub(crate) fn set_device(&mut self, device: Option<DeviceInfo>) {
+        self.painter.request(Job::Device(device));
+    }
+
+    /// Saves what is shown by a `job`.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn save(&mut self, job: impl FnOnce(Box<Order>) -> Job) -> Result<()> {
+        let order = self.wanted.clone().ok_or_else(|| Error::empty("nothing was drawn yet"))?;
+        self.painter.request(job(Box::new(order)));
         Ok(())
     }
 
     /// The texture of a side in the window: 0 is the result, 1 the side that it is compared with.
-    pub(crate) fn texture(&self, side: usize) -> Option<eframe::egui::TextureId> {
-        self.canvas.texture(side)
+    pub(crate) fn texture(&self, side: usize) -> Option<egui::TextureId> {
+        self.screen.texture(side)
     }
 
     /// The size of the picture in pixels. Before the first picture it is 1 × 1.
     pub(crate) fn size(&self) -> [u32; 2] {
-        self.seen.as_ref().map_or([1; 2], |seen| seen.size)
+        self.size
     }
 
     /// The marker at a place of the picture, in pixels.
@@ -237,28 +364,10 @@ impl Scene {
         pick::marker(&handles, &self.orbit.camera(), self.size(), at, reach)
     }
 
-    /// The vertex at a place of the picture, and its position.
-    ///
-    /// # Errors
-    /// As evaluating on the host.
-    pub(crate) fn vertex_at(&mut self, at: [f32; 2], gain: f32) -> Result<Option<(usize, [f32; 3])>> {
-        let (camera, size) = (self.orbit.camera(), self.size());
-        let rig = self.document.rig.clone();
-        let [positions, _] = self.on_host(gain)?;
-        let vertex = pick::vertex(positions, &rig.surface().triangles, &camera, size, at);
-        Ok(vertex.map(|v| (v, positions.as_chunks::<3>().0[v])))
-    }
-
-    /// V × 3 positions of the frame, and those of its large scale.
-    ///
-    /// # Errors
-    /// As evaluating.
-    pub(crate) fn on_host(&mut self, gain: f32) -> Result<[&[f32]; 2]> {
-        // The next picture is evaluated again.
-        self.seen = None;
-        let handles = self.document.handles(true);
-        let edits = self.document.frame_edits();
-        self.source.on_host(handles.as_flattened(), gain, edits.as_ref())
+    /// Looks for the vertex at a place of the picture, in pixels.
+    pub(crate) fn pick(&mut self, settings: &Settings, view: View, at: [f32; 2], then: Then) {
+        let order = Box::new(self.order(settings, view));
+        self.painter.request(Job::Pick { order, at, then });
     }
 
     /// The explanation of the vertex that was picked.
@@ -270,58 +379,14 @@ impl Scene {
         self.vertex.map(|vertex| self.document.rig.explain(vertex, &handles)).transpose()
     }
 
-    /// The picture that was drawn last.
-    ///
-    /// # Errors
-    /// As reading it.
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn picture(&self) -> Result<Option<rhytid_render::Picture>> {
-        self.canvas.picture()
-    }
-
-    /// The texture into which the result was drawn.
+    /// The painter's studio.
     #[cfg(target_arch = "wasm32")]
-    pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
-        self.canvas.drawn_texture()
-    }
-
-    /// The last frame, on the device that evaluated it.
-    ///
-    /// # Errors
-    /// [`rhytid_core::Error::Internal`] if there is none.
-    #[cfg(target_arch = "wasm32")]
-    pub(crate) fn vertices(&self) -> Result<rhytid_render::Vertices<'_>> {
-        self.source.vertices()
+    pub(crate) fn studio(&self) -> Option<&Studio> {
+        self.painter.studio()
     }
 
     /// Millimetres in one mesh unit.
     pub(crate) fn millimetres(&self) -> f32 {
         1e3 * self.document.rig.surface().metres_per_unit as f32
     }
-}
-
-/// The dots of the markers. Selected markers and the one under the pointer are larger. Pinned ones are blue.
-/// Live markers that are not seen fade into their rims.
-fn dots(seen: &Seen, handles: &[[f32; 3]]) -> Vec<Mark> {
-    let mut marks = Vec::with_capacity(2 * handles.len());
-    for (handle, &at) in handles.iter().enumerate() {
-        let is_taken = seen.selected.contains(&handle);
-        let width = if is_taken || seen.under == Some(handle) { 11.0 } else { 7.0 };
-        let colour = match (is_taken, seen.pinned[handle]) {
-            (true, _) => TAKEN,
-            (false, true) => PINNED,
-            (false, false) => MARKER,
-        };
-        marks.push(Mark::dot(at, RIM, width + 3.0));
-        let faded = 1.0 - seen.confidence.get(handle).copied().unwrap_or(1.0);
-        let colour = std::array::from_fn(|c| colour[c] + faded * (RIM[c] - colour[c]));
-        marks.push(Mark::dot(at, colour, width));
-    }
-    marks
-}
-
-/// The lights, with the key light at the chosen direction.
-fn lights(settings: &Settings) -> Lights {
-    let [right, up] = settings.light.map(f32::to_radians);
-    Lights { toward: [up.cos() * right.sin(), up.sin(), up.cos() * right.cos()], ..Lights::default() }
 }

@@ -1,7 +1,8 @@
 //! The face, and the actions of the pointer on it.
 
 use crate::app::ViewApp;
-use crate::scene::Scene;
+use crate::painter::Then;
+use crate::scene::{Scene, View};
 use crate::settings::{Before, Settings, Show};
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2, vec2};
 use rhytid_render::Heat;
@@ -36,19 +37,23 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         empty(app, ui, rect);
         return;
     }
-    app.attempt(|app| {
-        let Some(scene) = &mut app.scene else { return Ok(()) };
-        let scale = ui.ctx().pixels_per_point();
-        let size = [rect.width(), rect.height()].map(|n| (n * scale).round().max(1.0) as u32);
-        scene.place = Some(rect);
-        if scene.drawn == 0 {
-            scene.orbit.all(rect.width() / rect.height());
-        }
-        pointer(scene, &mut app.settings, ui, &response)?;
-        scene.draw(&app.settings, size, background.to_array())?;
-        paint(scene, &app.settings, ui, rect);
-        Ok(())
-    });
+    let (patience, now) = (app.patience(), app.seconds());
+    let Some(scene) = &mut app.scene else { return };
+    let scale = ui.ctx().pixels_per_point();
+    let view = View {
+        size: [rect.width(), rect.height()].map(|n| (n * scale).round().max(1.0) as u32),
+        background: background.to_array(),
+        now,
+        patience,
+    };
+    scene.place = Some(rect);
+    if scene.drawn == 0 {
+        scene.orbit.all(rect.width() / rect.height());
+    }
+    pointer(scene, &mut app.settings, ui, &response, view);
+    let news = scene.draw(&app.settings, view);
+    paint(scene, &app.settings, ui, rect);
+    app.hear(news);
 }
 
 /// The message where nothing is open.
@@ -62,12 +67,7 @@ fn empty(app: &ViewApp, ui: &egui::Ui, rect: Rect) {
     ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, colour);
 }
 
-fn pointer(
-    scene: &mut Scene,
-    settings: &mut Settings,
-    ui: &egui::Ui,
-    response: &egui::Response,
-) -> rhytid_core::Result<()> {
+fn pointer(scene: &mut Scene, settings: &mut Settings, ui: &egui::Ui, response: &egui::Response, view: View) {
     let (rect, scale) = (response.rect, ui.ctx().pixels_per_point());
     let pixels = |at: Pos2| [(at.x - rect.left()) * scale, (at.y - rect.top()) * scale];
     let id = response.id.with("holds");
@@ -134,18 +134,15 @@ fn pointer(
     if response.double_clicked()
         && let Some(at) = at
     {
-        if let Some((_, point)) = scene.vertex_at(pixels(at), settings.gain)? {
-            scene.orbit.focus(point);
-        }
+        scene.pick(settings, view, pixels(at), Then::Focus);
     } else if response.clicked()
         && let Some(at) = at
     {
         match scene.marker_at(pixels(at), near * scale) {
             Some(marker) => take(scene, marker, shift),
-            None => scene.vertex = scene.vertex_at(pixels(at), settings.gain)?.map(|(vertex, _)| vertex),
+            None => scene.pick(settings, view, pixels(at), Then::Explain),
         }
     }
-    Ok(())
 }
 
 /// The place where a button was released since the last frame.

@@ -32,7 +32,7 @@ fn rigs_are_opened_and_takes_played_again_and_again_without_growth() {
     let builder = Harness::builder().with_size([300.0, 240.0]).with_step_dt(1.0 / 60.0);
     let mut view = builder
         .wgpu_setup(WgpuSetup::CreateNew(setup))
-        .build_eframe(|context| ViewApp::new(context).unwrap());
+        .build_eframe(|context| ViewApp::new(context).unwrap().with_whole_pictures());
     let mut load = |times: usize, frames: usize| {
         for _ in 0..times {
             view.state_mut().open_paths(&files);

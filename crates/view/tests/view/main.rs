@@ -6,6 +6,7 @@ mod files;
 mod live;
 mod pictures;
 mod pointer;
+mod slow;
 mod time;
 
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Rect};
@@ -61,11 +62,17 @@ fn setup() -> WgpuSetup {
     WgpuSetup::CreateNew(setup)
 }
 
-/// An empty window. `allow` permits glyphs that its fonts lack, as in names of broken files.
+/// An empty window that waits for each picture. `allow` permits glyphs that its fonts lack, as in names of
+/// broken files.
 fn window(size: [f32; 2], allow: bool) -> View {
+    window_of(size, allow, ViewApp::with_whole_pictures)
+}
+
+/// An empty window, set up by `set`.
+fn window_of(size: [f32; 2], allow: bool, set: impl FnOnce(ViewApp) -> ViewApp) -> View {
     let builder = Harness::builder().with_size(size).with_step_dt(1.0 / 60.0).with_render_cursor(false);
     let builder = if allow { builder.allow_missing_glyphs() } else { builder };
-    builder.wgpu_setup(setup()).build_eframe(|context| ViewApp::new(context).unwrap())
+    builder.wgpu_setup(setup()).build_eframe(|context| set(ViewApp::new(context).unwrap()))
 }
 
 /// Opens files and waits until they are open.

@@ -137,11 +137,8 @@ fn another_device_draws_the_same() {
     let devices = Cpu::devices().unwrap();
     let mut view = opened(&folder, [900.0, 700.0]);
     let here = shown(&mut view);
-    let builder =
-        Harness::builder().with_size([900.0, 700.0]).with_step_dt(1.0 / 60.0).with_render_cursor(false);
-    let mut view = builder
-        .wgpu_setup(setup())
-        .build_eframe(|context| ViewApp::new(context).unwrap().with_devices(devices));
+    let set = |app: ViewApp| app.with_whole_pictures().with_devices(devices);
+    let mut view = window_of([900.0, 700.0], false, set);
     open(&mut view, &[folder.path("FACE.safetensors"), folder.path("take.csv")]);
     view.key_press(egui::Key::Space);
     view.key_press(egui::Key::Home);

@@ -1,0 +1,32 @@
+//! What a picture is to show.
+
+use crate::edits::EditedFrame;
+use crate::same::Same;
+use crate::settings::Settings;
+use rhytid_formats::mesh::Numbers;
+use rhytid_render::{Camera, SkinRenderer};
+
+/// Everything that a picture depends on. Equal orders have equal pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Order {
+    pub handles: Vec<[f32; 3]>,
+    /// The handles without drags and edits, if they are shown, too.
+    pub undragged: Option<Vec<[f32; 3]>>,
+    pub edits: Option<EditedFrame>,
+    pub camera: Camera,
+    pub settings: Settings,
+    /// In pixels.
+    pub size: [u32; 2],
+    pub background: [u8; 4],
+    pub selected: Vec<usize>,
+    pub pinned: Vec<bool>,
+    /// The confidence of a live frame's markers.
+    pub confidence: Vec<f32>,
+    /// The marker under the pointer.
+    pub under: Option<usize>,
+    /// The vertex that was picked.
+    pub vertex: Option<usize>,
+    pub numbers: Same<Vec<Numbers>>,
+    /// `None` while skin is not shown or not prepared.
+    pub skin: Option<Same<SkinRenderer>>,
+}

@@ -1,0 +1,253 @@
+//! Evaluates and draws what the window asks for.
+
+use crate::canvas::{Canvas, Drawn, Shown, Took};
+use crate::frame_source::{FrameSource, OtherDevice, Wanted};
+use crate::order::Order;
+use crate::pace::Fineness;
+use crate::painter::{Answer, Job, Painted};
+use crate::pick;
+use crate::scene::Times;
+use crate::settings::{Before, Settings, Show};
+use rhytid_backend_wgpu::Wgpu;
+use rhytid_core::{DeviceInfo, Progress, Result, Rig};
+use rhytid_render::{Heat, Lights, Look, Mark, Strains, distances, influence_marks, marker_marks};
+use std::sync::Arc;
+use web_time::Instant;
+
+const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
+const TAKEN: [f32; 3] = [1.0, 0.35, 0.0];
+const PINNED: [f32; 3] = [0.05, 0.2, 0.9];
+const RIM: [f32; 3] = [1.0, 1.0, 1.0];
+
+/// A rig on its devices, with everything that draws it.
+pub(crate) struct Studio {
+    rig: Arc<Rig>,
+    canvas: Canvas,
+    source: FrameSource,
+    /// The same rig with the shell alone. It is made when it is first needed.
+    shell: Option<FrameSource>,
+    strains: Option<Strains>,
+}
+
+impl Studio {
+    /// Puts a rig on `wgpu`, which draws. If another `device` is chosen, it evaluates.
+    ///
+    /// # Errors
+    /// As uploading the rig.
+    pub(crate) fn new(rig: Arc<Rig>, wgpu: &Wgpu, device: Option<&DeviceInfo>) -> Result<Self> {
+        Ok(Self {
+            canvas: Canvas::new(&rig, wgpu)?,
+            source: FrameSource::new(rig.clone(), wgpu, other(device, &rig)?)?,
+            rig,
+            shell: None,
+            strains: None,
+        })
+    }
+
+    /// Does what was requested.
+    ///
+    /// # Errors
+    /// As evaluating, drawing and writing. [`rhytid_core::Error::Cancelled`].
+    pub(crate) fn work(&mut self, job: Job, progress: &dyn Progress) -> Result<Answer> {
+        match job {
+            Job::Paint(order, fineness) => {
+                let painted = self.paint(*order, fineness, progress)?;
+                Ok(Answer::Painted(Box::new(painted)))
+            }
+            Job::Pick { order, at, then } => Ok(Answer::Picked(self.pick(&order, at)?, then)),
+            Job::Device(device) => {
+                let other = other(device.as_ref(), &self.rig)?;
+                self.source = FrameSource::new(self.rig.clone(), &self.source.wgpu().clone(), other)?;
+                Ok(Answer::Device(device))
+            }
+            #[cfg(not(target_arch = "wasm32"))]
+            Job::SaveMesh(order, rig_file) => {
+                progress.report("write the mesh", 0, 1);
+                let rig = self.rig.clone();
+                let mesh = crate::document::as_mesh(&rig, self.on_host(&order)?[0]);
+                crate::save::mesh(&rig_file, &mesh).map(Answer::Saved)
+            }
+            #[cfg(not(target_arch = "wasm32"))]
+            Job::SavePicture(order, rig_file) => {
+                self.paint(*order, Fineness::Whole, progress)?;
+                let picture = self.canvas.picture()?;
+                let picture =
+                    picture.ok_or_else(|| rhytid_core::Error::Internal("nothing was drawn".to_owned()))?;
+                crate::save::picture(&rig_file, &picture).map(Answer::Saved)
+            }
+        }
+    }
+
+    fn paint(&mut self, order: Order, fineness: Fineness, progress: &dyn Progress) -> Result<Painted> {
+        progress.report("draw the face", 0, 1);
+        self.canvas.resize(order.size.map(|n| n.div_ceil(fineness.parts())))?;
+        *self.canvas.lights() = lights(&order.settings);
+        let mut times = Times::default();
+        let mut textures = [None, None];
+        let gain = order.settings.gain;
+        let compared = match order.settings.before {
+            Before::Off => None,
+            Before::Shell => Some((&order.handles, 1.0, true)),
+            Before::LargeScale => Some((&order.handles, 0.0, false)),
+            Before::Take => Some((order.undragged.as_ref().unwrap_or(&order.handles), gain, false)),
+        };
+        let sides = [compared.map(|side| (1, side)), Some((0, (&order.handles, gain, false)))];
+        for (side, (handles, gain, of_shell)) in sides.into_iter().flatten() {
+            let (took, texture) =
+                self.side(side, &order, Side { handles, gain, of_shell, fineness }, progress)?;
+            textures[side] = Some(texture);
+            times = times + took;
+        }
+        progress.report("draw the face", 1, 1);
+        Ok(Painted { order, fineness, times, textures })
+    }
+
+    /// Draws one side, of the shell's rig or of the rig itself.
+    fn side(
+        &mut self,
+        index: usize,
+        order: &Order,
+        side: Side<'_>,
+        progress: &dyn Progress,
+    ) -> Result<(Times, wgpu::Texture)> {
+        let Side { handles, gain, of_shell, fineness } = side;
+        let settings = &order.settings;
+        let rig = self.rig.clone();
+        let source = match (of_shell, &mut self.shell) {
+            (false, _) => &mut self.source,
+            (true, Some(shell)) => shell,
+            (true, none) => {
+                let shell = Arc::new((*rig).clone().shell()?);
+                none.insert(FrameSource::new(shell, self.source.wgpu(), None)?)
+            }
+        };
+        let mut times = Times::default();
+        let begin = Instant::now();
+        let on_host = settings.show.is_made_on_the_host();
+        // The other side of the comparison has no edits either.
+        let edits = order.edits.as_ref().filter(|_| index == 0);
+        source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits)?;
+        times.evaluation = begin.elapsed();
+        let begin = Instant::now();
+        let mut marks = Vec::new();
+        if on_host {
+            let [positions, large_scale] = source.last_on_host();
+            match settings.show {
+                Show::Strain => {
+                    let strains = self
+                        .strains
+                        .get_or_insert_with(|| Strains::new(&rig.surface().faces, &rig.surface().rest));
+                    source.set_numbers(&strains.measure(positions));
+                }
+                Show::Detail => {
+                    let millimetres = 1e3 * rig.surface().metres_per_unit as f32;
+                    source.set_numbers(&distances(positions, large_scale, millimetres));
+                }
+                Show::Numbers => {
+                    // A vertex without a number has the colour of the largest ones, so that it is noticed.
+                    let most = settings.numbers_range.0;
+                    let number = |x: &f32| if x.is_nan() { most } else { *x };
+                    let numbers = order.numbers.get(settings.numbers);
+                    let none = vec![0.0; rig.vertices()];
+                    let numbers = numbers.map_or(none, |(_, list)| list.iter().map(number).collect());
+                    source.set_numbers(&numbers);
+                }
+                Show::Influences => {
+                    marks.extend(order.vertex.iter().flat_map(|&v| influence_marks(&rig, positions, v)));
+                }
+                _ => marks.extend(marker_marks(&rig, positions, Heat::Signed(settings.strain_range))),
+            }
+        }
+        if settings.markers {
+            marks.extend(dots(order, handles));
+        }
+        let parts = fineness.parts() as f32;
+        marks.iter_mut().for_each(|mark| mark.width /= parts);
+        let drawn = match (settings.look(), &order.skin) {
+            (Some(look), _) => Drawn::Look(look),
+            (None, Some(skin)) => Drawn::Skin(&skin.0, fineness),
+            (None, None) => Drawn::Look(Look::Smooth),
+        };
+        let shown = Shown { camera: &order.camera, drawn, marks: &marks, background: order.background };
+        let (Took { lighting, drawing }, texture) =
+            self.canvas.draw(index, source.vertices()?, shown, progress)?;
+        times.lighting = lighting;
+        times.drawing = begin.elapsed().saturating_sub(lighting).max(drawing);
+        Ok((times, texture))
+    }
+
+    fn pick(&mut self, order: &Order, at: [f32; 2]) -> Result<Option<(usize, [f32; 3])>> {
+        let rig = self.rig.clone();
+        let [positions, _] = self.on_host(order)?;
+        let vertex = pick::vertex(positions, &rig.surface().triangles, &order.camera, order.size, at);
+        Ok(vertex.map(|v| (v, positions.as_chunks::<3>().0[v])))
+    }
+
+    /// V × 3 positions of the frame, and those of its large scale.
+    fn on_host(&mut self, order: &Order) -> Result<[&[f32]; 2]> {
+        self.source.on_host(order.handles.as_flattened(), order.settings.gain, order.edits.as_ref())
+    }
+
+    /// The texture into which the result was drawn.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn drawn_texture(&self) -> Option<&wgpu::Texture> {
+        self.canvas.drawn_texture()
+    }
+
+    /// The last frame, on the device that evaluated it.
+    ///
+    /// # Errors
+    /// [`rhytid_core::Error::Internal`] if there is none.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn vertices(&self) -> Result<rhytid_render::Vertices<'_>> {
+        self.source.vertices()
+    }
+}
+
+/// One side of a picture.
+struct Side<'a> {
+    handles: &'a [[f32; 3]],
+    /// The factor of the wrinkles.
+    gain: f32,
+    of_shell: bool,
+    fineness: Fineness,
+}
+
+/// The chosen device, with the rig on it.
+#[cfg(not(target_arch = "wasm32"))]
+fn other(device: Option<&DeviceInfo>, rig: &Rig) -> Result<Option<OtherDevice>> {
+    use rhytid_core::UploadOptions;
+    let open = |info| rhytid_devices::backends::open(info)?.upload(rig, UploadOptions::frames(1));
+    device.map(open).transpose()
+}
+
+#[cfg(target_arch = "wasm32")]
+fn other(_: Option<&DeviceInfo>, _: &Rig) -> Result<Option<OtherDevice>> {
+    Ok(None)
+}
+
+/// The dots of the markers. Selected markers and the one under the pointer are larger. Pinned ones are blue.
+/// Live markers that are not seen fade into their rims.
+fn dots(order: &Order, handles: &[[f32; 3]]) -> Vec<Mark> {
+    let mut marks = Vec::with_capacity(2 * handles.len());
+    for (handle, &at) in handles.iter().enumerate() {
+        let is_taken = order.selected.contains(&handle);
+        let width = if is_taken || order.under == Some(handle) { 11.0 } else { 7.0 };
+        let colour = match (is_taken, order.pinned[handle]) {
+            (true, _) => TAKEN,
+            (false, true) => PINNED,
+            (false, false) => MARKER,
+        };
+        marks.push(Mark::dot(at, RIM, width + 3.0));
+        let faded = 1.0 - order.confidence.get(handle).copied().unwrap_or(1.0);
+        let colour = std::array::from_fn(|c| colour[c] + faded * (RIM[c] - colour[c]));
+        marks.push(Mark::dot(at, colour, width));
+    }
+    marks
+}
+
+/// The lights, with the key light at the chosen direction.
+fn lights(settings: &Settings) -> Lights {
+    let [right, up] = settings.light.map(f32::to_radians);
+    Lights { toward: [up.cos() * right.sin(), up.sin(), up.cos() * right.cos()], ..Lights::default() }
+}
