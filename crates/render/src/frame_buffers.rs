@@ -1,5 +1,6 @@
 //! Frames that come from the host.
 
+use crate::heat::NO_NUMBER;
 use crate::vertices::Vertices;
 use rhytid_core::{Result, human};
 
@@ -39,8 +40,15 @@ impl FrameBuffers {
         })
     }
 
-    /// Takes a frame: V × 3 positions and normals, and V numbers or none.
+    /// Takes a frame: V × 3 positions and normals, and V numbers or none. A number that is NaN is grey in a
+    /// heat map.
     pub fn set(&self, positions: &[f32], normals: &[f32], numbers: &[f32]) {
+        let known: Vec<f32>;
+        let mut numbers = numbers;
+        if numbers.iter().any(|x| x.is_nan()) {
+            known = numbers.iter().map(|x| if x.is_nan() { NO_NUMBER } else { *x }).collect();
+            numbers = &known;
+        }
         for (buffer, floats) in self.buffers.iter().zip([positions, normals, numbers]) {
             self.queue.write_buffer(buffer, 0, bytemuck::cast_slice(floats));
         }

@@ -14,7 +14,19 @@ pub enum Heat {
     Signed(f32),
 }
 
+/// Linear red, green and blue of a place that has no number.
+const GREY: [f32; 3] = [0.3; 3];
+
+/// What stands for no number on a device, whose compilers may assume that NaN does not occur. A triangle with
+/// such a corner has no number.
+pub(crate) const NO_NUMBER: f32 = -1e36;
+
 impl Heat {
+    /// The colour of a place that has no number, NaN, in 8 bits of sRGB.
+    pub fn grey() -> [u8; 3] {
+        GREY.map(to_srgb)
+    }
+
     /// The numbers that have the first and the last colour.
     pub fn range(self) -> [f32; 2] {
         match self {
@@ -23,9 +35,12 @@ impl Heat {
         }
     }
 
-    /// Linear red, green and blue, 0 to 1. Steps are even in Oklab (Ottosson 2020), whose distances match
-    /// those that the eye sees.
+    /// Linear red, green and blue, 0 to 1; grey for NaN. Steps are even in Oklab (Ottosson 2020), whose
+    /// distances match those that the eye sees.
     pub fn colour(self, number: f32) -> [f32; 3] {
+        if number.is_nan() {
+            return GREY;
+        }
         let [low, high] = self.range();
         let t = ((number - low) / (high - low)).clamp(0.0, 1.0);
         let lab = match self {
@@ -106,6 +121,7 @@ mod tests {
         let heat = Heat::Signed(2.0);
         assert_eq!(heat.colour(9.0), heat.colour(2.0));
         assert_eq!(heat.colour(-9.0), heat.colour(-2.0));
+        assert_eq!(heat.code(f32::NAN), Heat::grey());
         let [r, g, b] = heat.colour(0.0);
         assert!(r.min(g).min(b) > 0.8 && r.max(g).max(b) - r.min(g).min(b) < 0.01, "white: {r} {g} {b}");
         let ([blue, .., more], [red, .., less]) = (heat.colour(-2.0), heat.colour(2.0));

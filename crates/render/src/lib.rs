@@ -79,7 +79,7 @@ pub use numbers::{Strains, distances};
 pub use offscreen::Offscreen;
 pub use overlay::{Mark, Overlay};
 pub use parts::{albedos, hide_parts};
-pub use picture::Picture;
+pub use picture::{Picture, to_srgb};
 pub use read_back::read_floats;
 pub use renderer::Renderer;
 pub use sheet::Sheet;

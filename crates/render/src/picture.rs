@@ -93,7 +93,7 @@ pub(crate) fn from_srgb(part: u8) -> f32 {
 }
 
 /// From linear to 8 bits of sRGB.
-pub(crate) fn to_srgb(x: f32) -> u8 {
+pub fn to_srgb(x: f32) -> u8 {
     let x = x.clamp(0.0, 1.0);
     let encoded = if x <= 0.003_130_8 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
     (255.0 * encoded).round() as u8

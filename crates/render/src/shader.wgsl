@@ -78,6 +78,10 @@ fn skin(n: vec3f, is_front: bool) -> vec4f {
 }
 
 fn heat_of(number: f32) -> vec4f {
+    // No number: see heat.rs.
+    if number < -1e30 {
+        return vec4f(vec3f(0.3), 1);
+    }
     let t = clamp((number - view.range.x) / (view.range.y - view.range.x), 0, 1) * 64;
     let first = min(u32(t), 63u);
     return mix(view.colours[first], view.colours[first + 1], t - f32(first));

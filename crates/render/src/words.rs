@@ -3,7 +3,7 @@
 use crate::heat::Heat;
 use crate::picture::Picture;
 use embedded_graphics::Pixel;
-use embedded_graphics::mono_font::iso_8859_1::{FONT_7X13, FONT_10X20};
+use embedded_graphics::mono_font::iso_8859_1::{FONT_9X15_BOLD, FONT_10X20};
 use embedded_graphics::mono_font::{MonoFont, MonoTextStyle};
 use embedded_graphics::pixelcolor::Rgb888;
 use embedded_graphics::prelude::*;
@@ -14,7 +14,7 @@ use std::convert::Infallible;
 pub const LINE: u32 = 24;
 
 /// The size of a small letter, in pixels.
-pub const SMALL: [u32; 2] = [7, 13];
+pub const SMALL: [u32; 2] = [9, 15];
 
 /// The size of a legend, in pixels.
 pub const LEGEND: [u32; 2] = [300, 2 * LINE + 8];
@@ -41,9 +41,9 @@ impl Picture {
     /// one pixel of another colour around each letter. Pixels outside the picture are left out.
     pub fn write_small(&mut self, words: &str, [x, y]: [i32; 2], colour: [u8; 3], rim: [u8; 3]) {
         for [right, down] in [[-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, 1], [-1, 1], [1, -1]] {
-            self.write_with(&FONT_7X13, words, [x + right, y + down], Anchor::Left, rim);
+            self.write_with(&FONT_9X15_BOLD, words, [x + right, y + down], Anchor::Left, rim);
         }
-        self.write_with(&FONT_7X13, words, [x, y], Anchor::Left, colour);
+        self.write_with(&FONT_9X15_BOLD, words, [x, y], Anchor::Left, colour);
     }
 
     fn write_with(
@@ -68,7 +68,7 @@ impl Picture {
     }
 
     /// Draws the colours of `heat` as a bar of [`LEGEND`] pixels with its numbers below, and `title` with its
-    /// unit above.
+    /// unit above. The ends say that what is beyond them has the same colour.
     pub fn legend(&mut self, heat: Heat, title: &str, at: [u32; 2], colour: [u8; 3]) {
         let [width, height] = LEGEND;
         let [low, high] = heat.range();
@@ -82,7 +82,12 @@ impl Picture {
         let below = (at[1] + LINE + bar) as i32;
         for (part, anchor) in [(0.0, Anchor::Left), (0.5, Anchor::Center), (1.0, Anchor::Right)] {
             let number = low + (high - low) * part;
-            let text = if number == 0.0 { "0".to_owned() } else { short(number) };
+            let text = match (number, part) {
+                (0.0, _) => "0".to_owned(),
+                (_, 1.0) => format!("{} and more", short(number)),
+                (_, 0.0) => format!("{} and less", short(number)),
+                _ => short(number),
+            };
             self.write(&text, [(at[0] as f32 + part * width as f32) as i32, below + 2], anchor, colour);
         }
     }

@@ -86,7 +86,7 @@ mod tests {
         let words: Vec<&str> = words.iter().map(String::as_str).collect();
         let names = place_names(&dots, &words, [400, 200]);
         assert!(names.len() > 70, "{}", names.len());
-        let area = |name: &Name<'_>| [name.at, [name.at[0] + 21, name.at[1] + 13]];
+        let area = |name: &Name<'_>| [name.at, [name.at[0] + 27, name.at[1] + 15]];
         for (i, name) in names.iter().enumerate() {
             let [low, high] = area(name);
             assert!(low[0] >= 0 && low[1] >= 0 && high[0] <= 400 && high[1] <= 200);

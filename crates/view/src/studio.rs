@@ -144,13 +144,9 @@ impl Studio {
                     source.set_numbers(&distances(positions, large_scale, millimetres));
                 }
                 Show::Numbers => {
-                    // A vertex without a number has the colour of the largest ones, so that it is noticed.
-                    let most = settings.numbers_range.0;
-                    let number = |x: &f32| if x.is_nan() { most } else { *x };
                     let numbers = order.numbers.get(settings.numbers);
                     let none = vec![0.0; rig.vertices()];
-                    let numbers = numbers.map_or(none, |(_, list)| list.iter().map(number).collect());
-                    source.set_numbers(&numbers);
+                    source.set_numbers(numbers.map_or(&none, |(_, list)| list));
                 }
                 Show::Influences => {
                     marks.extend(order.vertex.iter().flat_map(|&v| influence_marks(&rig, positions, v)));

@@ -148,7 +148,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         let picture = pictures.draw(frame, turned)?;
         drawing += begin.elapsed();
         let frame = frames[output.done / steps];
-        output.add(&picture, &format!("{frame}   {:.2} s", take.take.times[frame]))?;
+        output.add(&picture, &format!("frame {frame}, {:.2} s", take.take.times[frame]))?;
         ui.step("render", output.done as u64, count as u64)
     };
     ui.report("render", 0, count as u64);
@@ -311,7 +311,11 @@ impl<'a> To<'a> {
         name: &Path,
     ) -> Result<Self> {
         Ok(match kind {
-            Kind::Sheet => Self::Sheet(Sheet::new(count, pictures.size(), &pictures.legends())?),
+            Kind::Sheet => {
+                let titles = pictures.titles();
+                let titles: Vec<&str> = titles.iter().map(String::as_str).collect();
+                Self::Sheet(Sheet::new(count, pictures.size(), &titles, &pictures.legends())?)
+            }
             Kind::AnimatedImage(format) => {
                 format.check(pictures.size(), name)?;
                 let moving = AnimatedImage::new(format, whole, pictures.size(), count, rate);

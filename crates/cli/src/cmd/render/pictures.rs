@@ -5,6 +5,7 @@ use super::images;
 use super::shape::Shape;
 use super::skin::SkinLook;
 use crate::args::{self, Show};
+use clap::ValueEnum;
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::geometry::{PrincipalStrains, StrainGauge};
 use rhytid::render::{
@@ -158,9 +159,19 @@ impl<'a> Pictures<'a> {
         if self.words.is_some() { 1 + u32::from(has_numbers) } else { 0 }
     }
 
+    /// What each cell shows, for the columns of a sheet. None for a single cell, and where words below say it.
+    pub(super) fn titles(&self) -> Vec<String> {
+        if self.words.is_some() || self.cells.len() < 2 {
+            return Vec::new();
+        }
+        let name =
+            |cell: &Cell| cell.show.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned());
+        self.cells.iter().map(name).collect()
+    }
+
     pub(super) fn legends(&self) -> Vec<(Heat, &'static str)> {
         let title = |show: Show| match show {
-            Show::Strain | Show::Strain1 | Show::Strain2 | Show::Markers => "strain",
+            Show::Strain | Show::Strain1 | Show::Strain2 | Show::Markers => "strain, ratio",
             Show::Sigma => "sigma, mm",
             Show::Error => "error, mm",
             _ => "detail, mm",
