@@ -16,6 +16,9 @@ const DIRECTIONS: [char; 9] = [
     '\u{2069}',
 ];
 
+/// The name of the project that `new` writes, and so of its rig.
+const USUAL: &str = "face";
+
 /// Writes `text`, made [`harmless`], and a line end to standard output. A reader that went away (`| head`) is
 /// no error.
 ///
@@ -61,6 +64,17 @@ pub(crate) fn names(names: &[String], ui: &Ui) -> String {
         return names.join(", ");
     }
     format!("{} and {} more", names[..SHOWN].join(", "), names.len() - SHOWN)
+}
+
+/// The heading of a report: `name`, that of the face in `file`. If this is only the name that every project
+/// has, it is the name of the folder.
+pub(crate) fn title(file: &Path, name: &str) -> String {
+    if name != USUAL {
+        return name.to_owned();
+    }
+    let whole = file.canonicalize().unwrap_or_default();
+    let folder = whole.parent().and_then(Path::file_name);
+    folder.map_or_else(|| name.to_owned(), |folder| folder.to_string_lossy().into_owned())
 }
 
 /// A path as a word of a shell's command line.
@@ -148,6 +162,18 @@ pub(crate) fn numbered(name: &str, frame: usize) -> PathBuf {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_report_has_the_name_of_the_rig_or_of_its_folder() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = folder.path().join("anna").join("face.toml");
+        std::fs::create_dir(project.parent().unwrap()).unwrap();
+        std::fs::write(&project, "").unwrap();
+        assert_eq!(title(&project, "face"), "anna");
+        assert_eq!(title(&project, "Ben"), "Ben");
+        // A file that is not there has the name alone.
+        assert_eq!(title(Path::new("/nowhere/face.toml"), "face"), "face");
+    }
 
     #[test]
     fn few_names_are_shown_unless_more_are_asked_for() {

@@ -2,8 +2,9 @@
 //! `docs/coverage.md` says how to read it.
 
 use crate::Regions;
+use glam::Vec3;
 use rhytid_capture::coverage::{Difference, Edge, edges_beyond, largest_strains};
-use rhytid_core::{Error, Progress, Result, Rig, Take};
+use rhytid_core::{Error, Progress, Result, Rig, Take, human};
 use rhytid_solve::{Confidence, EXTRAPOLATION, ScanPlan, plan_scans};
 use serde::Serialize;
 
@@ -19,6 +20,13 @@ const FRAMES: usize = 400;
 /// A region whose strains are less than this part of the whole face's hardly moves in the examples.
 const QUIET: f64 = 0.5;
 
+/// A scan is worth making if it takes away at least this part of the uncertainty without any example.
+pub const WORTH: f64 = 0.01;
+
+/// Frames are neighbours if they are at most so many seconds apart, and the handles move from one to the
+/// other by less than this part of their way from rest (RMS).
+const NEIGHBOURS: (f64, f64) = (1.0, 0.5);
+
 /// A marker whose confidence is at most this is a guess. A frame with such a marker is not proposed for a
 /// scan.
 const GUESS: f32 = 0.5;
@@ -33,8 +41,10 @@ pub struct Coverage {
     /// The standard deviation over the take and the face with the existing examples, as a part of that
     /// without any example: 0..1.
     pub left: f64,
-    /// The scans to make, the most useful first.
+    /// The scans to make, the most useful first. Of neighbouring frames that are alike, there is one.
     pub scans: Vec<Scan>,
+    /// How many of the scans are worth making. Each one behind them takes away less than [`WORTH`].
+    pub enough: usize,
     /// How many strain edges go beyond every example in some frame.
     pub edges_beyond: usize,
     /// The strain edges that go farthest beyond the examples.
@@ -107,6 +117,8 @@ pub struct Scan {
     /// The standard deviation over the take that remains with this scan and those before, as a part of that
     /// without any example.
     pub left: f64,
+    /// The standard deviation that this scan takes away from what those before leave, in the same unit.
+    pub taken: f64,
     /// The regions that the scan helps, the most helped first.
     pub regions: Vec<ScanRegion>,
     /// The strain edges that are longest or shortest in this frame.
@@ -118,7 +130,8 @@ pub struct Scan {
 pub struct ScanRegion {
     /// Its name.
     pub region: String,
-    /// The part of the region's variance without any example that the scan removes, 0..1.
+    /// The standard deviation in the region that the scan takes away from what those before leave, as a part
+    /// of that without any example, 0..1.
     pub taken: f64,
 }
 
@@ -157,16 +170,29 @@ pub fn coverage(
     };
     let at = |frame: usize| of_take[frame].iter().map(|x| x.map(f64::from));
     let poses: Vec<[f64; 3]> = frames.iter().flat_map(|&frame| at(frame)).collect();
-    let plan = plan_scans(rig, &poses, &places, scans, progress)?;
     let f64_rig = rig.widened();
-    let of_plan = plan.scans.iter().map(|scan| Scan {
-        frame: frames[scan.frame],
-        time: take.times[frames[scan.frame]],
-        left: scan.left,
-        regions: taken(&plan, &scan.gains, regions),
-        edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
-    });
-    let planned: Vec<Scan> = of_plan.collect();
+    let are_alike = |a: usize, b: usize| {
+        let [a, b] = [a, b].map(|i| frames[i]);
+        (take.times[a] - take.times[b]).abs() <= NEIGHBOURS.0
+            && are_near(of_take[a], of_take[b], &rig.handles().rest)
+    };
+    let plan = plan_scans(rig, &poses, &places, scans, &are_alike, progress)?;
+    let mut planned: Vec<Scan> = Vec::new();
+    let (mut left, mut variances) = (plan.left, plan.variances.clone());
+    for scan in &plan.scans {
+        let before = variances.clone();
+        variances.iter_mut().zip(&scan.gains).for_each(|(variance, gain)| *variance -= gain);
+        planned.push(Scan {
+            frame: frames[scan.frame],
+            time: take.times[frames[scan.frame]],
+            left: scan.left,
+            taken: left - scan.left,
+            regions: taken(&plan, [&before, &variances], regions),
+            edges: largest_strains(&f64_rig, &at(frames[scan.frame]).collect::<Vec<_>>()),
+        });
+        left = scan.left;
+    }
+    let enough = planned.iter().rposition(|scan| scan.taken >= WORTH).map_or(0, |last| last + 1);
     let mut beyond = edges_beyond(&f64_rig, take)?;
     let edges_beyond = beyond.len();
     beyond.truncate(edges);
@@ -177,6 +203,7 @@ pub fn coverage(
         sigma,
         left: plan.left,
         scans: planned,
+        enough,
         edges_beyond,
         edges: beyond,
     })
@@ -190,23 +217,72 @@ fn is_seen(rig: &Rig, take: &Take, frame: usize) -> bool {
     take.labels.iter().zip(of_frame).all(|(label, c)| *c > GUESS || !rig.handles().labels.contains(label))
 }
 
-/// The variance that a scan removes in each region, the largest first.
-fn taken(plan: &ScanPlan, gains: &[f64], regions: &Regions) -> Vec<ScanRegion> {
-    let mut sums = vec![(0.0, 0); regions.names().len()];
-    for (&v, gain) in plan.vertices.iter().zip(gains) {
+/// Whether handles at `a` are nearer to those at `b` than a part of their way from rest.
+fn are_near(a: &[[f32; 3]], b: &[[f32; 3]], rest: &[[f32; 3]]) -> bool {
+    let squared = |a: &[[f32; 3]], b: &[[f32; 3]]| -> f64 {
+        a.iter().zip(b).map(|(a, b)| f64::from(Vec3::from(*a).distance_squared(Vec3::from(*b)))).sum()
+    };
+    squared(a, b) < NEIGHBOURS.1.powi(2) * squared(a, rest).max(squared(b, rest))
+}
+
+/// The standard deviation that a scan takes away in each region, the largest first. The variances before and
+/// after it are those of the plan's vertices.
+fn taken(plan: &ScanPlan, [before, after]: [&[f64]; 2], regions: &Regions) -> Vec<ScanRegion> {
+    let mut sums = vec![([0.0, 0.0], 0); regions.names().len()];
+    for (i, &v) in plan.vertices.iter().enumerate() {
         if let Some(region) = regions.of_vertex(v) {
-            sums[region].0 += gain;
-            sums[region].1 += 1;
+            let (sum, count) = &mut sums[region];
+            *sum = [sum[0] + before[i], sum[1] + after[i]];
+            *count += 1;
         }
     }
-    let known = regions.names().iter().zip(sums).filter(|(_, (_, count))| *count > 0);
-    let of_region = |(region, (sum, count)): (&String, (f64, i32))| ScanRegion {
-        region: region.clone(),
-        taken: sum / f64::from(count),
-    };
-    let mut found: Vec<ScanRegion> = known.map(of_region).collect();
+    let mut found: Vec<ScanRegion> = Vec::new();
+    for (region, (sum, count)) in regions.names().iter().zip(sums).filter(|(_, (_, count))| *count > 0) {
+        let [before, after] = sum.map(|sum: f64| (sum / f64::from(count)).max(0.0).sqrt());
+        found.push(ScanRegion { region: region.clone(), taken: before - after });
+    }
     found.sort_by(|a, b| b.taken.total_cmp(&a.taken));
     found
+}
+
+impl Coverage {
+    /// Which scans to make, and where to stop, in a sentence.
+    pub fn verdict(&self) -> String {
+        let named: Vec<String> = self.scans[..self.enough].iter().map(|scan| share(scan.taken)).collect();
+        let named = match &named[..] {
+            [others @ .., last] if !others.is_empty() => format!("{} and {last}", others.join(", ")),
+            _ => named.join(""),
+        };
+        let more = self.scans.len() - self.enough;
+        let least = share(WORTH);
+        match (self.enough, more) {
+            (0, 0) => "No frame can be scanned.".to_owned(),
+            (0, _) => format!("No further scan is needed: the most useful one takes away less than {least}."),
+            (1, 0) => {
+                format!("One scan takes away {named} of the uncertainty. Plan more: others may help, too.")
+            }
+            (_, 0) => format!(
+                "All {} scans help: they take away {named} of the uncertainty. Plan more: others may help, too.",
+                self.enough
+            ),
+            (1, _) => format!(
+                "One scan is enough: it takes away {named} of the uncertainty, and each further one less than {least}."
+            ),
+            _ => format!(
+                "{} scans are enough: they take away {named} of the uncertainty, and each further one less than {least}.",
+                self.enough
+            ),
+        }
+    }
+}
+
+/// A part of the uncertainty in per cent: `58 %`, `9.6 %`, `0.4 %`.
+pub fn share(part: f64) -> String {
+    match 100.0 * part {
+        small if small > 0.0 && small < 0.05 => "under 0.1 %".to_owned(),
+        small if small < 9.95 => format!("{} %", human::number((10.0 * small).round() / 10.0)),
+        percent => format!("{percent:.0} %"),
+    }
 }
 
 /// How uncertain each frame of a take is.
@@ -297,5 +373,87 @@ impl RegionSums<'_> {
     fn at_least(&self, sums: Vec<f64>, each: f64) -> Vec<f64> {
         let typical = self.over_samples(&vec![each; self.of_sample.len()]);
         sums.into_iter().zip(typical).map(|(sum, typical)| sum.max(typical)).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Regions;
+    use rhytid_core::NoProgress;
+
+    fn planned(parts: &[f64]) -> Coverage {
+        let scan = |taken: &f64| Scan {
+            frame: 0,
+            time: 0.0,
+            left: 0.0,
+            taken: *taken,
+            regions: Vec::new(),
+            edges: Vec::new(),
+        };
+        let enough = parts.iter().rposition(|taken| *taken >= WORTH).map_or(0, |last| last + 1);
+        let scans = parts.iter().map(scan).collect();
+        Coverage { frames: 9, sigma: None, left: 1.0, scans, enough, edges_beyond: 0, edges: Vec::new() }
+    }
+
+    #[test]
+    fn the_verdict_says_where_to_stop() {
+        for (parts, expected) in [
+            (
+                &[0.096, 0.03, 0.008, 0.0][..],
+                "2 scans are enough: they take away 9.6 % and 3 % of the uncertainty, and each further one less than 1 %.",
+            ),
+            (
+                &[0.42, 0.005],
+                "One scan is enough: it takes away 42 % of the uncertainty, and each further one less than 1 %.",
+            ),
+            (
+                &[0.5, 0.2, 0.1],
+                "All 3 scans help: they take away 50 %, 20 % and 10 % of the uncertainty. Plan more: others may help, too.",
+            ),
+            (&[0.5], "One scan takes away 50 % of the uncertainty. Plan more: others may help, too."),
+            (&[0.004], "No further scan is needed: the most useful one takes away less than 1 %."),
+            (&[], "No frame can be scanned."),
+        ] {
+            assert_eq!(planned(parts).verdict(), expected);
+        }
+        assert_eq!(
+            [0.0, 0.0001, 0.00951, 0.0996, 0.586].map(share),
+            ["0 %", "under 0.1 %", "1 %", "10 %", "59 %"]
+        );
+    }
+
+    #[test]
+    fn of_neighbouring_frames_one_is_planned_and_what_is_taken_adds_up() {
+        let face = rhytid_demo::face(2_000);
+        let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
+        let take = rhytid_demo::performance(&face);
+        let found = coverage(&rig, &take, &Regions::by_handles(&rig), None, 30, 3, &NoProgress).unwrap();
+        assert!(found.scans.len() > 5, "{}", found.scans.len());
+        let handles = rig.handles();
+        let column = |label: &String| take.labels.iter().position(|l| l == label).unwrap();
+        let columns: Vec<usize> = handles.labels.iter().map(column).collect();
+        let at = |frame: usize| columns.iter().map(move |c| (frame, *c));
+        let rms = |a: usize, b: Option<usize>| {
+            let of_handle = |(h, (frame, c)): (usize, (usize, usize))| {
+                let width = take.labels.len();
+                let from = take.positions[frame * width + c];
+                let to = b.map_or(handles.rest[h].map(f64::from), |b| take.positions[b * width + c]);
+                (0..3).map(|i| (from[i] - to[i]).powi(2)).sum::<f64>()
+            };
+            at(a).enumerate().map(of_handle).sum::<f64>().sqrt()
+        };
+        for (i, a) in found.scans.iter().enumerate() {
+            for b in &found.scans[..i] {
+                let from_rest = rms(a.frame, None).max(rms(b.frame, None));
+                let is_apart =
+                    (a.time - b.time).abs() > 1.0 || rms(a.frame, Some(b.frame)) >= 0.499 * from_rest;
+                assert!(is_apart, "frames {} and {} are neighbours", a.frame, b.frame);
+            }
+        }
+        let taken: f64 = found.scans.iter().map(|scan| scan.taken).sum();
+        assert!((found.left - taken - found.scans.last().unwrap().left).abs() < 1e-9);
+        // No region loses more than it had.
+        assert!(found.scans.iter().flat_map(|scan| &scan.regions).all(|r| r.taken > -1e-9 && r.taken < 1.0));
     }
 }

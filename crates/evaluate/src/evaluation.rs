@@ -6,7 +6,7 @@ use crate::noise;
 use crate::truth::{Comparison, Truth, compare};
 use rhytid_core::{DeviceInfo, Face, HandleId, Progress, Result, Rig, Table};
 use rhytid_kernels::vec3;
-use rhytid_solve::{Solved, solve_in_full};
+use rhytid_solve::{Solved, face_parts, solve_in_full};
 use serde::Serialize;
 
 /// How good the rig of a face is, and where it is not.
@@ -36,6 +36,8 @@ pub struct LeaveOneOut {
     pub all: Errors,
     /// The RMS error of the shell alone, over all examples.
     pub shell_rms_mm: f64,
+    /// The same on the skin alone.
+    pub shell_skin_rms_mm: f64,
     /// One by one.
     pub examples: Vec<LeftOut>,
     /// Where the linear band is faded to the shell, the least kept first.
@@ -62,6 +64,8 @@ pub struct LeftOut {
     pub errors: Errors,
     /// The RMS error of the shell alone.
     pub shell_rms_mm: f64,
+    /// The same on the skin alone.
+    pub shell_skin_rms_mm: f64,
 }
 
 /// The answer to the noise of markers.
@@ -110,10 +114,16 @@ pub fn evaluate(
     let Solved { rig, left_out, report } = solve_in_full(face, true, progress)?;
     let rounded = rig.rounded()?;
     let (regions, truth) = inputs(&rounded)?;
+    let parts = face_parts(&rounded);
+    let regions = regions.with_parts(&parts);
     let millimetres = 1e3 * face.metres_per_unit;
     let mut maps = Vec::new();
     let leave_one_out = left_out.filter(|left_out| !left_out.errors.is_empty()).map(|left_out| {
-        let sum = || Sum::weighted(&regions, left_out.skin_area.clone(), millimetres);
+        let rms = |sum: Sum<'_>| {
+            let errors = sum.finish();
+            (errors.rms_mm, errors.skin.rms_mm)
+        };
+        let sum = || Sum::weighted(&regions, &parts, left_out.skin_area.clone(), millimetres);
         let [mut all, mut all_of_shell] = [sum(), sum()];
         let mut of_examples = Vec::new();
         let mut of_example_maps = Vec::new();
@@ -131,10 +141,12 @@ pub fn evaluate(
                 title: format!("without {name}"),
                 values: one.by_vertex(),
             });
+            let (shell_rms_mm, shell_skin_rms_mm) = rms(shell);
             of_examples.push(LeftOut {
                 example: name.clone(),
                 errors: one.finish(),
-                shell_rms_mm: shell.finish().rms_mm,
+                shell_rms_mm,
+                shell_skin_rms_mm,
             });
         }
         maps.push(Map {
@@ -145,14 +157,16 @@ pub fn evaluate(
         maps.append(&mut of_example_maps);
         let handle =
             |(h, kept): (HandleId, f64)| Faded { handle: rig.handles().labels[h.index()].clone(), kept };
+        let (shell_rms_mm, shell_skin_rms_mm) = rms(all_of_shell);
         LeaveOneOut {
             all: all.finish(),
-            shell_rms_mm: all_of_shell.finish().rms_mm,
+            shell_rms_mm,
+            shell_skin_rms_mm,
             examples: of_examples,
             faded: report.faded().into_iter().map(handle).collect(),
         }
     });
-    let (errors, map) = noise::noise(&rounded, &regions, devices, progress)?;
+    let (errors, map) = noise::noise(&rounded, &regions, &parts, devices, progress)?;
     maps.push(Map {
         subject: Subject::Noise,
         title: format!("{} mm of noise", noise::NOISE_MM),
@@ -161,7 +175,7 @@ pub fn evaluate(
     let truth = match truth {
         None => None,
         Some(mut truth) => {
-            let found = compare(face, &rig, &mut truth, &regions, devices, progress)?;
+            let found = compare(face, &rig, &mut truth, &regions, &parts, devices, progress)?;
             let (comparisons, by_vertex): (Vec<_>, Vec<_>) = found.into_iter().unzip();
             let of_method = |(comparison, values): (&Comparison, Vec<f32>)| Map {
                 subject: Subject::Truth,

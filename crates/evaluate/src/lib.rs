@@ -33,7 +33,7 @@ mod strain_curves;
 mod truth;
 mod wrinkle_masks;
 
-pub use errors::{Errors, RegionError};
+pub use errors::{Errors, RegionError, SkinErrors};
 pub use evaluation::{Evaluation, Faded, LeaveOneOut, LeftOut, Map, NoiseAnswer, Subject, evaluate};
 pub use noise::NOISE_MM;
 pub use regions::Regions;

@@ -6,6 +6,7 @@ use rhytid_conformance::Numbers;
 use rhytid_core::{DeviceInfo, Progress, Result, Rig};
 use rhytid_formats::export::OutputStage;
 use rhytid_playback::Playback;
+use rhytid_solve::FacePart;
 
 /// The standard deviation of the noise per axis, in millimetres.
 pub const NOISE_MM: f64 = 0.1;
@@ -21,6 +22,7 @@ const DRAWS: usize = 16;
 pub(crate) fn noise(
     rig: &Rig,
     regions: &Regions,
+    parts: &[FacePart],
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<(Errors, Vec<f32>)> {
@@ -38,7 +40,7 @@ pub(crate) fn noise(
     }
     let count = frames.len() / (3 * rig.handles().len());
     let mut playback = Playback::new(rig, devices, count)?;
-    let mut sum = Sum::new(regions, rig.vertices(), millimetres);
+    let mut sum = Sum::new(regions, parts, millimetres);
     let (mut without, mut frame) = (Vec::new(), 0);
     playback.evaluate(&frames, OutputStage::Full, false, progress, |positions, _| {
         if frame % (DRAWS + 1) == 0 {

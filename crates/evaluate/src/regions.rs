@@ -1,29 +1,43 @@
-//! Regions of a face: brows, lids and so on if the names of the markers say so, and otherwise the
-//! neighbourhoods of the markers.
+//! Regions of a face: left brow, upper lip and so on from where the markers are and what their names say, and
+//! otherwise the neighbourhoods of the markers.
 
 use rhytid_core::{Error, HandleId, Result, Rig, VertexId};
 use rhytid_geometry::{Topology, geodesic};
 use rhytid_kernels::Real;
 use rhytid_playback::region_of;
+use rhytid_solve::{FacePart, FacePlaces};
 
 /// Named parts of the vertices; a vertex is in one at most.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Regions {
     names: Vec<String>,
     of_vertex: Vec<Option<u32>>,
+    /// Whether a person named them.
+    are_given: bool,
 }
 
 impl Regions {
-    /// A vertex is in the region of the handle that is nearest along the mesh. A handle is in the region that
-    /// its label names (`brow_l`, `LipUpper2`, `mp36`). If its label names none, it has a region of its own,
-    /// `near LABEL`.
+    /// A vertex is in the region of the handle that is nearest along the mesh.
+    ///
+    /// A handle is in the region of its place on the face ([`FacePlaces`]), such as `left cheek`. What its
+    /// label names (`brow_l`, `LipUpper2`, `mp36`) counts before its place. If the rig does not look like a
+    /// face that looks ahead, a handle is in the region that its label names, and otherwise in one of its
+    /// own, `near LABEL`.
     pub fn by_handles<T: Real>(rig: &Rig<T>) -> Self {
-        let of_handle: Vec<String> = rig
-            .handles()
-            .labels
-            .iter()
-            .map(|label| region_of(label).map_or_else(|| format!("near {label}"), str::to_owned))
-            .collect();
+        let Some(places) = FacePlaces::of_rig(rig) else { return Self::by_labels(rig) };
+        let handles = rig.handles().labels.iter().zip(&rig.handles().rest);
+        Self::named(rig, handles.map(|(label, at)| places.name(at.map(T::widen), region_of(label))).collect())
+    }
+
+    /// The same by the labels of the handles alone: `brows`, `lips` and so on, and `near LABEL` if a label
+    /// names no region.
+    pub fn by_labels<T: Real>(rig: &Rig<T>) -> Self {
+        let name = |label: &String| region_of(label).map_or_else(|| format!("near {label}"), str::to_owned);
+        Self::named(rig, rig.handles().labels.iter().map(name).collect())
+    }
+
+    /// The regions of handles with these names, H.
+    fn named<T: Real>(rig: &Rig<T>, of_handle: Vec<String>) -> Self {
         let mut names = of_handle.clone();
         names.sort_by_key(|name| (name.starts_with("near "), name.clone()));
         names.dedup();
@@ -34,7 +48,7 @@ impl Regions {
         let region =
             |h: HandleId| names.iter().position(|name| *name == of_handle[h.index()]).map(|i| i as u32);
         let of_vertex = cells.into_iter().map(|handle| handle.and_then(region)).collect();
-        Self { names, of_vertex }
+        Self { names, of_vertex, are_given: false }
     }
 
     /// Groups of the V vertices, as [`rhytid_formats::mesh::read_groups`] returns them. A vertex of several
@@ -54,7 +68,27 @@ impl Regions {
                 *place = Some(i as u32);
             }
         }
-        Ok(Self { names: groups.iter().map(|(name, _)| name.clone()).collect(), of_vertex })
+        Ok(Self { names: groups.iter().map(|(name, _)| name.clone()).collect(), of_vertex, are_given: true })
+    }
+
+    /// The same, but each part of the face that is not skin is a region of its own. `parts` has the part of
+    /// each of the V vertices. Groups that a person made stay as they are.
+    #[must_use]
+    pub fn with_parts(mut self, parts: &[FacePart]) -> Self {
+        if self.are_given {
+            return self;
+        }
+        for part in FacePart::ALL.into_iter().filter(|part| *part != FacePart::Skin && parts.contains(part)) {
+            let place = self.names.iter().position(|name| name == part.name());
+            let place = place.unwrap_or_else(|| {
+                self.names.push(part.name().to_owned());
+                self.names.len() - 1
+            });
+            for (region, _) in self.of_vertex.iter_mut().zip(parts).filter(|(_, of)| **of == part) {
+                *region = Some(place as u32);
+            }
+        }
+        self
     }
 
     /// Their names.
@@ -78,6 +112,13 @@ mod tests {
         let regions = Regions::by_groups(5, &groups).unwrap();
         let found: Vec<Option<usize>> = (0..5).map(|v| regions.of_vertex(VertexId(v))).collect();
         assert_eq!(found, [Some(0), Some(1), None, Some(1), None]);
+        // What a person named is kept, and other regions lose what is no skin.
+        let parts = [FacePart::Skin, FacePart::Eyes, FacePart::Eyes, FacePart::Skin, FacePart::Teeth];
+        assert_eq!(regions.clone().with_parts(&parts), regions);
+        let apart = Regions { are_given: false, ..regions }.with_parts(&parts);
+        let found: Vec<Option<&str>> =
+            (0..5).map(|v| apart.of_vertex(VertexId(v)).map(|region| &*apart.names()[region])).collect();
+        assert_eq!(found, [Some("a"), Some("eyes"), Some("eyes"), Some("b"), Some("teeth")]);
         assert!(Regions::by_groups(3, &groups).unwrap_err().to_string().contains("“b” has the vertex 3"));
     }
 }

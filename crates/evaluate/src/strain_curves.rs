@@ -83,7 +83,7 @@ mod tests {
     fn a_face_that_grows_is_stretched_alike_in_every_region() {
         let face = rhytid_demo::face(1_000);
         let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
-        let regions = Regions::by_handles(&rig);
+        let regions = Regions::by_labels(&rig);
         let mut curves = StrainCurves::new(&rig, &regions);
         let rest = rig.surface().rest.as_flattened();
         let larger: Vec<f32> = rest.iter().map(|x| 1.25 * x).collect();

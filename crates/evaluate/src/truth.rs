@@ -12,7 +12,7 @@ use rhytid_formats::export::OutputStage;
 use rhytid_formats::sequence::Sequence;
 use rhytid_kernels::vec3;
 use rhytid_playback::Playback;
-use rhytid_solve::{Smoothing, solve};
+use rhytid_solve::{FacePart, Smoothing, solve};
 use serde::Serialize;
 
 /// The number of frames whose wrinkle band is computed at once.
@@ -78,6 +78,7 @@ pub(crate) fn compare(
     rig: &Rig<f64>,
     truth: &mut Truth,
     regions: &Regions,
+    parts: &[FacePart],
     devices: &[DeviceInfo],
     progress: &dyn Progress,
 ) -> Result<Vec<(Comparison, Vec<f32>)>> {
@@ -87,7 +88,7 @@ pub(crate) fn compare(
     let smoothing = Smoothing::new(rig, &NoProgress)?;
     let millimetres = 1e3 * face.metres_per_unit;
     let mut against =
-        Against { truth: &mut truth.meshes, regions, smoothing: &smoothing, millimetres, progress };
+        Against { truth: &mut truth.meshes, regions, parts, smoothing: &smoothing, millimetres, progress };
 
     let is_learned = matches!(face.settings.method, Method::Learned(_));
     let mut other = face.clone();
@@ -142,6 +143,7 @@ pub(crate) fn compare(
 struct Against<'a> {
     truth: &'a mut Sequence,
     regions: &'a Regions,
+    parts: &'a [FacePart],
     smoothing: &'a Smoothing,
     millimetres: f64,
     progress: &'a dyn Progress,
@@ -161,7 +163,7 @@ impl Against<'_> {
         let mut expected = Vec::new();
         self.truth.positions(0, &mut expected)?;
         let vertices = expected.len() / 3;
-        let mut sum = Sum::new(self.regions, vertices, self.millimetres);
+        let mut sum = Sum::new(self.regions, self.parts, self.millimetres);
         let (mut frame, mut wrinkles, mut open) = (0, 0.0, Vec::new());
         play(&mut |positions| {
             self.truth.positions(frame, &mut expected)?;

@@ -18,7 +18,8 @@
 //! // `rig` from rhytid_core::rig_file, `raw` from rhytid_formats::raw_take.
 //! let Cleaned { take, report } = clean(raw, &Target::from_rig(&rig), &Settings::default(), &NoProgress)?;
 //! // Without pictures; a `Painter` draws them.
-//! rhytid_report::write(folder, "session.c3d", &report, &take, &rig, None)?;
+//! let page = rhytid_report::Page { folder, title: "Anna" };
+//! rhytid_report::write(page, "session.c3d", &report, &take, &rig, None)?;
 //! assert!(folder.join("report.html").is_file() && folder.join("report.json").is_file());
 //! # Ok::<(), rhytid_core::Error>(())
 //! ```
@@ -32,9 +33,11 @@ mod evaluation;
 mod events;
 #[cfg(feature = "render")]
 mod handles;
+mod judgement;
 mod map;
 #[cfg(feature = "render")]
 mod names;
+mod opening;
 mod page;
 #[cfg_attr(not(feature = "render"), path = "no_painter.rs")]
 mod painter;
@@ -42,6 +45,7 @@ mod picture;
 mod plan;
 mod plots;
 mod shot;
+mod skin;
 mod strain;
 mod summary;
 #[cfg(test)]
@@ -64,10 +68,10 @@ pub use plan::write_plan;
 use rhytid_capture::Report;
 use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;
-use std::path::Path;
 use strain::Strains;
 use summary::Summary;
 pub use transfer::write_transfer;
+pub use written::Page;
 use written::write_texts;
 
 /// `report.json`: the keys of [`Report`], and those that the page adds.
@@ -80,17 +84,17 @@ struct Document<'a> {
     report: &'a Report,
 }
 
-/// Writes `report.html` and `report.json` to the folder `dir`, which is created if necessary.
+/// Writes `report.html` and `report.json` to the folder of `page`.
 ///
-/// `title` names the take. `take` is the result of the clean-up, at any rate. Without a `painter`, the page
-/// has a sentence in place of its pictures.
+/// `name` is that of the take. `take` is the result of the clean-up, at any rate. Without a `painter`, the
+/// page has a sentence in place of its pictures.
 ///
 /// # Errors
 /// [`Error::Io`] if a file cannot be written. [`Error::Device`] and [`Error::Input`] if the painter cannot
 /// draw. [`Error::Internal`] if report, take and rig do not belong together.
 pub fn write(
-    dir: &Path,
-    title: &str,
+    page: Page<'_>,
+    name: &str,
     report: &Report,
     take: &Take,
     rig: &Rig,
@@ -99,11 +103,12 @@ pub fn write(
     check(report, rig)?;
     let strains = Strains::new(take, rig)?;
     let summary = Summary::new(report, take);
-    let page = page::page(title, &summary, &strains, report, take, rig, painter)?;
-    let document = Document { title, summary: &summary, strains: &strains.edges, report };
+    let heading = page::Heading { title: page.title, take: name };
+    let html = page::page(heading, &summary, &strains, report, take, rig, painter)?;
+    let document = Document { title: name, summary: &summary, strains: &strains.edges, report };
     let json =
         serde_json::to_string(&document).map_err(|e| Error::Internal(format!("the report as JSON: {e}")))?;
-    write_texts(dir, [("report.html", page), ("report.json", json)])
+    write_texts(page.folder, [("report.html", html), ("report.json", json)])
 }
 
 /// Checks that the report's frames have times, and that every index in the report is in range.

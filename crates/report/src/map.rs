@@ -3,30 +3,52 @@
 use crate::painter::Painter;
 use crate::shot::{Drawn, Numbers, Shot};
 use maud::{Markup, html};
-use rhytid_core::{Result, Rig};
+use rhytid_core::{Result, Rig, human};
 
 const SIZE: [u32; 2] = [300, 370];
 
 /// The angles of the camera around the face, in degrees: the front, and its left.
 const VIEWS: [f32; 2] = [0.0, 42.0];
 
+/// The numbers with which a scale may end, times powers of ten. Half of each is short, too.
+const ENDS: [f32; 9] = [1.0, 1.2, 1.6, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0];
+
+/// The part of the numbers that may be larger than the end of their scale, so that a few bad vertices do not
+/// make all others white.
+const CLIPPED: f64 = 0.03;
+
 /// Numbers to draw.
 pub(crate) struct Map<'a> {
+    /// The name of its pictures in the page, which no other map has.
+    pub id: String,
     pub title: Markup,
     /// V positions.
     pub positions: &'a [[f32; 3]],
-    /// V numbers. Those of `end` or more have the last colour.
+    /// V numbers. Those of `end` or more have the last colour, and NaN is grey.
     pub values: Vec<f32>,
     pub end: f32,
     /// Whether the markers are shown too.
     pub markers: bool,
 }
 
-/// Draws maps on a rig's face, each from the front and from its left, as a figure.
+/// A map as a figure of the page.
+pub(crate) struct Figure {
+    pub markup: Markup,
+    /// The first of the pictures alone. It refers to that of `markup`, which has to be in the page.
+    pub again: Markup,
+}
+
+/// Draws maps on a rig's face, each from the front and from its left, as a figure. `triangles` are those of
+/// the rig that are shown.
 ///
 /// # Errors
 /// As [`Painter::draw`].
-pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>]) -> Result<Vec<Markup>> {
+pub(crate) fn figures(
+    painter: &Painter,
+    rig: &Rig,
+    triangles: &[[u32; 3]],
+    maps: &[Map<'_>],
+) -> Result<Vec<Figure>> {
     let shots: Vec<Shot<'_>> = maps
         .iter()
         .flat_map(|map| VIEWS.map(|turn| (map, turn)))
@@ -40,47 +62,93 @@ pub(crate) fn figures(painter: &Painter, rig: &Rig, maps: &[Map<'_>]) -> Result<
             }
         })
         .collect();
-    let drawn = painter.draw(rig, SIZE, &shots)?;
+    let drawn = painter.draw(rig, triangles, SIZE, &shots)?;
+    Ok(maps.iter().zip(drawn.chunks(VIEWS.len())).map(|(map, pictures)| figure(map, pictures)).collect())
+}
+
+fn figure(map: &Map<'_>, pictures: &[Drawn]) -> Figure {
     let [width, height] = SIZE;
-    let figure = |(map, pictures): (&Map<'_>, &[Drawn])| {
-        html! {
+    let view_box = format!("0 0 {width} {height}");
+    let name = |i: usize| format!("{}-{i}", map.id);
+    Figure {
+        markup: html! {
             figure {
-                @for picture in pictures {
-                    svg viewBox={ "0 0 " (width) " " (height) } role="img" {
-                        image href=(picture.data()) width=(width) height=(height) {}
-                        @for place in picture.places.iter().filter(|place| !place.is_behind) {
-                            @let [x, y] = place.words();
-                            circle.dot cx=(x) cy=(y) r="2.2" {}
+                @for (i, picture) in pictures.iter().enumerate() {
+                    svg viewBox=(view_box) role="img" {
+                        g id=(name(i)) {
+                            image href=(picture.data()) width=(width) height=(height) {}
+                            @for place in picture.places.iter().filter(|place| !place.is_behind) {
+                                @let [x, y] = place.words();
+                                circle.dot.of-map cx=(x) cy=(y) r="2.2" {}
+                            }
                         }
                     }
                 }
                 figcaption { (map.title) }
             }
-        }
-    };
-    Ok(maps.iter().zip(drawn.chunks(VIEWS.len())).map(figure).collect())
+        },
+        again: html! {
+            svg viewBox=(view_box) role="img" { use href={ "#" (name(0)) } {} }
+        },
+    }
 }
 
-/// The legend of the colours, with words for its ends.
-pub(crate) fn scale(painter: &Painter, [first, last]: [&str; 2]) -> Markup {
+/// The legend of the colours from 0 to `end` of a unit, with three ticks. It says if some of the numbers are
+/// larger than its end, and what is grey if some have no number.
+pub(crate) fn scale<'a>(
+    painter: &Painter,
+    end: f32,
+    unit: &str,
+    grey: &str,
+    maps: impl Iterator<Item = &'a [f32]>,
+) -> Markup {
     const STEPS: u8 = 16;
     let colours = (0..=STEPS).map(|step| {
         let [red, green, blue] = painter.colour(f32::from(step) / f32::from(STEPS));
         format!(",rgb({red} {green} {blue})")
     });
     let colours: String = colours.collect();
-    html! { p.scale { (first) " " i style={ "background:linear-gradient(90deg" (colours) ")" } {} " " (last) } }
+    let (mut is_clipped, mut has_grey) = (false, false);
+    for number in maps.flatten() {
+        is_clipped |= *number > end;
+        has_grey |= number.is_nan();
+    }
+    let tick = |part: f32| human::number(f64::from((part * end * 1e4).round()) / 1e4);
+    let [red, green, blue] = painter.grey();
+    html! {
+        div.scale {
+            div.colours {
+                i style={ "background:linear-gradient(90deg" (colours) ")" } {}
+                span { "0" } span { (tick(0.5)) }
+                span { (tick(1.0)) " " (unit) @if is_clipped { " and more" } }
+            }
+            @if has_grey { div.grey { i style={ "background:rgb(" (red) " " (green) " " (blue) ")" } {} (grey) } }
+        }
+    }
 }
 
-/// The end of a scale for these maps: 1 % of the numbers are larger.
+/// The end of a scale for these maps: a round number that only a few of the numbers exceed.
 pub(crate) fn end<'a>(maps: impl Iterator<Item = &'a [f32]>) -> f32 {
     let mut all: Vec<f32> = maps.flatten().copied().filter(|x| x.is_finite()).collect();
     if all.is_empty() {
         return 1.0;
     }
-    let at = all.len() * 99 / 100;
+    let at = ((all.len() as f64 * (1.0 - CLIPPED)) as usize).min(all.len() - 1);
     let end = *all.select_nth_unstable_by(at, f32::total_cmp).1;
-    if end > 0.0 { end } else { 1.0 }
+    let most = all.into_iter().fold(0.0, f32::max);
+    match (end > 0.0, most > 0.0) {
+        (true, _) => round(end),
+        // Nearly all numbers are 0.
+        (false, true) => round(most),
+        (false, false) => 1.0,
+    }
+}
+
+/// The next round number above a number above 0.
+fn round(number: f32) -> f32 {
+    let power = 10_f32.powf(number.log10().floor());
+    let round = ENDS.into_iter().map(|end| end * power).find(|end| *end >= number * 0.999);
+    round.unwrap_or(10.0 * power)
 }
 
 #[cfg(test)]
@@ -88,9 +156,21 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_in_a_hundred_is_beyond_the_scale() {
-        let values: Vec<f32> = (0..1000).map(|i| i as f32).collect();
-        assert_eq!(end([&values[..500], &values[500..]].into_iter()), 990.0);
+    fn a_scale_ends_at_a_round_number_that_a_few_exceed() {
+        let values: Vec<f32> = (0..1000).map(|i| i as f32 / 100.0).collect();
+        assert_eq!(end([&values[..500], &values[500..]].into_iter()), 10.0);
         assert_eq!((end([].into_iter()), end([&[0.0_f32; 5][..]].into_iter())), (1.0, 1.0));
+        // Two bad vertices of a hundred do not change it, and neither does what has no number.
+        let mut values = vec![0.37_f32; 100];
+        values[..4].copy_from_slice(&[50.0, 1e9, f32::NAN, f32::INFINITY]);
+        assert_eq!(end([&values[..]].into_iter()), 0.4);
+        // One number that is not 0 is seen.
+        values.fill(0.0);
+        values[3] = 0.017;
+        assert_eq!(end([&values[..]].into_iter()), 0.02);
+        for exponent in -30..30 {
+            let number = 1.7 * 2.0_f32.powi(exponent);
+            assert!((number..1.6 * number).contains(&round(number)), "{number} to {}", round(number));
+        }
     }
 }

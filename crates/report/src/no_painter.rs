@@ -9,7 +9,11 @@ use std::path::Path;
 pub enum Painter {}
 
 impl Painter {
-    pub(crate) fn draw(&self, _: &Rig, _: [u32; 2], _: &[Shot<'_>]) -> Result<Vec<Drawn>> {
+    pub(crate) fn draw(&self, _: &Rig, _: &[[u32; 3]], _: [u32; 2], _: &[Shot<'_>]) -> Result<Vec<Drawn>> {
+        match *self {}
+    }
+
+    pub(crate) fn grey(&self) -> [u8; 3] {
         match *self {}
     }
 

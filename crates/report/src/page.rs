@@ -1,6 +1,8 @@
 //! The page of a clean-up.
 
 use crate::document::document;
+use crate::judgement;
+use crate::opening::opening;
 use crate::painter::Painter;
 use crate::shot::left_out;
 use crate::strain::{Edge, Strains};
@@ -13,12 +15,19 @@ use rhytid_core::{Result, Rig, Take, human};
 /// The number of edges whose strain is plotted.
 const EDGES: usize = 6;
 
+/// Whom a clean-up is about.
+pub(crate) struct Heading<'a> {
+    pub title: &'a str,
+    /// The take's name.
+    pub take: &'a str,
+}
+
 /// The report as HTML.
 ///
 /// # Errors
 /// [`rhytid_core::Error::Internal`] from the plots. Otherwise as [`Painter::draw`].
 pub(crate) fn page(
-    title: &str,
+    heading: Heading<'_>,
     summary: &Summary,
     strains: &Strains,
     report: &Report,
@@ -28,11 +37,12 @@ pub(crate) fn page(
 ) -> Result<String> {
     let plots = plots(summary, strains, report)?;
     let views = painter.map(|painter| picture::views(report, strains, take, rig, painter)).transpose()?;
-    let about = html! { "Clean-up of a raw take, for the rig " b { (rig.surface().name) } };
+    let about = html! { "Clean-up of the raw take " b { (heading.take) } };
     Ok(document(
-        title,
+        heading.title,
         &about,
         &html! {
+            (opening(&judgement::verdict(summary, report), &judgement::findings(report, strains, views.as_ref())))
             (overview(summary, report))
             section {
                 h2 { "Markers over time" }
@@ -43,7 +53,7 @@ pub(crate) fn page(
             section {
                 h2 { "Markers on the rest mesh" }
                 @match &views {
-                    Some(views) => { (picture_key(strains)) (views) }
+                    Some(views) => { (picture_key(strains)) (views.markup) }
                     None => (left_out())
                 }
             }

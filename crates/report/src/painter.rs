@@ -28,21 +28,27 @@ impl Painter {
         Self { device: device.clone(), queue: queue.clone() }
     }
 
-    /// Draws pictures of `size` pixels of a rig's face. The handles at rest determine the frame.
+    /// Draws pictures of `size` pixels of a rig's face, of which `triangles` are shown. The handles at rest
+    /// determine the frame.
     ///
     /// # Errors
     /// [`rhytid_core::Error::Device`]. [`rhytid_core::Error::Input`] if the face or the pictures are too
     /// large for the device.
-    pub(crate) fn draw(&self, rig: &Rig, size: [u32; 2], shots: &[Shot<'_>]) -> Result<Vec<Drawn>> {
-        let surface = rig.surface();
-        let mut canvas = Canvas::new(self, &surface.faces, &surface.triangles, rig.vertices(), size)?;
+    pub(crate) fn draw(
+        &self,
+        rig: &Rig,
+        triangles: &[[u32; 3]],
+        size: [u32; 2],
+        shots: &[Shot<'_>],
+    ) -> Result<Vec<Drawn>> {
+        let mut canvas = Canvas::new(self, &rig.surface().faces, triangles, rig.vertices(), size)?;
         let handles = &rig.handles().rest;
         let lift = LIFT * Sphere::around(handles).radius;
         let drawn = |shot: &Shot<'_>| {
             let camera = camera(handles, &rig.surface().rest, rig.surface().up_axis, shot.turn, size);
             let picture = canvas.draw(&camera, shot.positions, shot.heat, lift, &[])?;
             let points: Vec<[f32; 3]> = shot.points.iter().map(|p| p.map(|x| x as f32)).collect();
-            let is_behind = behind(&camera, size, shot.positions, &rig.surface().triangles, lift, &points);
+            let is_behind = behind(&camera, size, shot.positions, triangles, lift, &points);
             let places = points.iter().zip(is_behind).map(|(point, is_behind)| {
                 let [x, y, _] = camera.project(size, *point);
                 Place { at: [x, y], is_behind }
@@ -57,6 +63,12 @@ impl Painter {
     #[expect(clippy::unused_self, reason = "where nothing draws there is no scale")]
     pub(crate) fn colour(&self, part: f32) -> [u8; 3] {
         Heat::Signed(1.0).code(part)
+    }
+
+    /// The colour of what has no number, in 8 bits of sRGB.
+    #[expect(clippy::unused_self, reason = "where nothing draws there is no scale")]
+    pub(crate) fn grey(&self) -> [u8; 3] {
+        Heat::grey()
     }
 }
 
@@ -123,14 +135,10 @@ impl<'a> Canvas<'a> {
         let normal = |v| vertex_normal(positions, self.triangles, self.at_vertices.at(v));
         let normals: Vec<[f32; 3]> = (0..positions.len()).map(normal).collect();
         let (numbers, look) = match heat {
-            None => (Vec::new(), Look::Smooth),
-            // NaN counts as the worst.
-            Some(Numbers { values, end }) => {
-                let number = |x: &f32| if x.is_nan() { end } else { *x };
-                (values.iter().map(number).collect(), Look::LitHeat(Heat::Signed(end)))
-            }
+            None => (&[][..], Look::Smooth),
+            Some(Numbers { values, end }) => (values, Look::LitHeat(Heat::Signed(end))),
         };
-        self.frame.set(positions.as_flattened(), normals.as_flattened(), &numbers);
+        self.frame.set(positions.as_flattened(), normals.as_flattened(), numbers);
         self.renderer.show(camera, self.page.aspect(), look);
         self.overlay.show(camera, self.page.size(), lift, marks)?;
         self.page.draw([0; 4], |pass| {

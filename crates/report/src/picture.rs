@@ -22,6 +22,14 @@ struct Marker<'a> {
     never_seen: bool,
 }
 
+/// The views of the face.
+pub(crate) struct Views {
+    /// Each a figure.
+    pub markup: Markup,
+    /// The first of them alone, which refers to that of `markup`.
+    pub again: Markup,
+}
+
 /// The views of the face, each a figure.
 ///
 /// # Errors
@@ -32,20 +40,23 @@ pub(crate) fn views(
     take: &Take,
     rig: &Rig,
     painter: &Painter,
-) -> Result<Markup> {
+) -> Result<Views> {
     let markers = markers(report, strains, take, rig);
     let worst = strains.edges.first().map(|edge| strains.handles(edge));
     let points = || markers.iter().flat_map(|marker| [marker.handle, marker.neutral, marker.strained]);
     let shot =
         |(_, turn)| Shot { turn, positions: &rig.surface().rest, heat: None, points: points().collect() };
-    let drawn = painter.draw(rig, SIZE, &VIEWS.map(shot))?;
-    Ok(html! {
+    let drawn = painter.draw(rig, &rig.surface().triangles, SIZE, &VIEWS.map(shot))?;
+    let markup = html! {
         div.views {
-            @for ((name, _), picture) in VIEWS.iter().zip(&drawn) {
-                figure { (view(picture, &markers, worst)) figcaption { (name) } }
+            @for (i, ((name, _), picture)) in VIEWS.iter().zip(&drawn).enumerate() {
+                figure { (view(&format!("view-{i}"), picture, &markers, worst)) figcaption { (name) } }
             }
         }
-    })
+    };
+    let [width, height] = SIZE;
+    let again = html! { svg viewBox={ "0 0 " (width) " " (height) } { use href="#view-0" {} } };
+    Ok(Views { markup, again })
 }
 
 fn markers<'a>(report: &'a Report, strains: &Strains, take: &Take, rig: &Rig) -> Vec<Marker<'a>> {
@@ -75,7 +86,7 @@ fn neutral_frame(report: &Report, take: &Take) -> usize {
 }
 
 /// A picture whose points are each marker's handle, its neutral and its strained position.
-fn view(picture: &Drawn, markers: &[Marker], worst: Option<[usize; 2]>) -> Markup {
+fn view(id: &str, picture: &Drawn, markers: &[Marker], worst: Option<[usize; 2]>) -> Markup {
     let [width, height] = SIZE;
     let (places, _) = picture.places.as_chunks::<3>();
     let line = |class: &str, from: Place, to: Place| {
@@ -87,7 +98,7 @@ fn view(picture: &Drawn, markers: &[Marker], worst: Option<[usize; 2]>) -> Marku
         html! { circle class=(class) cx=(x) cy=(y) r=(radius) {} }
     };
     html! {
-        svg viewBox={ "0 0 " (width) " " (height) } {
+        svg viewBox={ "0 0 " (width) " " (height) } { g id=(id) {
             image href=(picture.data()) width=(width) height=(height) {}
             @if let Some((&[_, _, from], &[_, _, to])) = worst.and_then(|[a, b]| places.get(a).zip(places.get(b))) {
                 (line("worst", from, to))
@@ -100,6 +111,6 @@ fn view(picture: &Drawn, markers: &[Marker], worst: Option<[usize; 2]>) -> Marku
                     (circle(if marker.never_seen { "dot missing" } else { "dot" }, neutral, "2.6"))
                 }
             }
-        }
+        } }
     }
 }

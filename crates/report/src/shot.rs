@@ -22,7 +22,7 @@ pub(crate) struct Shot<'a> {
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "render"), expect(dead_code, reason = "nothing reads what nothing draws"))]
 pub(crate) struct Numbers<'a> {
-    /// The numbers of the V vertices.
+    /// The numbers of the V vertices; NaN is grey.
     pub values: &'a [f32],
     /// The number above 0 with the last colour.
     pub end: f32,

@@ -101,7 +101,8 @@ fn written(report: &Report, take: &Take) -> (String, Value) {
 pub(crate) fn drawn(report: &Report, take: &Take, painter: Option<&Painter>) -> (String, Value) {
     let dir = TempDir::new().unwrap();
     let dir = dir.path().join("not/yet/there");
-    write(&dir, "a <take> & more.c3d", report, take, &DEMO.0, painter).unwrap();
+    write(Page { folder: &dir, title: "<b>Anna</b>" }, "a <take> & more.c3d", report, take, &DEMO.0, painter)
+        .unwrap();
     let read = |name| std::fs::read_to_string(dir.join(name)).unwrap();
     (read("report.html"), serde_json::from_str(&read("report.json")).unwrap())
 }
@@ -141,7 +142,8 @@ fn the_page_is_well_formed_and_needs_nothing_else() {
 fn labels_come_through_as_text() {
     let (html, json) = written(&usual(), &DEMO.1);
     let page = Html::parse_document(&html);
-    assert_eq!(text(&select(&page, "h1")[0]), "a <take> & more.c3d");
+    assert_eq!(text(&select(&page, "h1")[0]), "<b>Anna</b>");
+    assert!(text(&select(&page, "header p")[0]).contains("a <take> & more.c3d"));
     let labels: Vec<String> = select(&page, ".timeline .marker > th").iter().map(text).collect();
     assert_eq!(labels, DEMO.0.handles().labels);
     let handles: Vec<String> = select(&page, ".mapping td:first-child").iter().map(text).collect();
@@ -383,7 +385,7 @@ fn takes_with_hardly_anything_in_them() {
     })
     .unwrap();
     let dir = TempDir::new().unwrap();
-    write(dir.path(), "no edges", &usual(), take, &rigid, None).unwrap();
+    write(Page { folder: dir.path(), title: "face" }, "no edges", &usual(), take, &rigid, None).unwrap();
 }
 
 #[test]
@@ -391,7 +393,9 @@ fn what_does_not_belong_together_is_refused() {
     let (rig, take) = &*DEMO;
     let dir = TempDir::new().unwrap();
     let refused = |report: &Report, take: &Take, word: &str| {
-        let message = write(dir.path(), "t", report, take, rig, None).unwrap_err().to_string();
+        let message = write(Page { folder: dir.path(), title: "face" }, "t", report, take, rig, None)
+            .unwrap_err()
+            .to_string();
         assert!(message.contains(word), "{message}");
         assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0);
     };

@@ -1,7 +1,7 @@
 //! Tests of the pages of an evaluation and of a plan, read with an independent parser.
 
-use super::{write_evaluation, write_plan};
-use rhytid_core::{NoProgress, Rig};
+use super::{Page, write_evaluation, write_plan};
+use rhytid_core::NoProgress;
 use rhytid_evaluate::coverage::coverage;
 use rhytid_evaluate::{Map, Regions, Subject, evaluate};
 use scraper::{Html, Selector};
@@ -32,8 +32,8 @@ fn assert_left_out(page: &Html) {
     assert!(texts(page, "image").is_empty() && texts(page, "figure").is_empty());
 }
 
-fn rig() -> Rig {
-    rhytid_solve::solve(&rhytid_demo::face(2_000), &NoProgress).unwrap().rounded().unwrap()
+fn to(folder: &Path) -> Page<'_> {
+    Page { folder, title: "Anna" }
 }
 
 #[test]
@@ -45,42 +45,62 @@ fn an_evaluation_has_its_tables() {
     let (rig, found, maps) =
         evaluate(&face, |rig| Ok((Regions::by_handles(rig), None)), &device, &NoProgress).unwrap();
     let folder = TempDir::new().unwrap();
-    write_evaluation(&folder.path().join("new"), &found, &maps, &rig, None).unwrap();
+    write_evaluation(to(&folder.path().join("new")), &found, &maps, &rig, None).unwrap();
     let (page, json) = page(&folder.path().join("new"), "evaluation");
     assert_eq!(json["handles"], rig.handles().len());
-    let rows = texts(&page, "tbody tr");
-    assert_eq!(rows.len(), 1 + face.examples.len(), "a row for each example and one for all");
+    let verdict = texts(&page, ".opening .verdict");
     let left_out = found.leave_one_out.as_ref().unwrap();
     assert!(
+        verdict.len() == 1 && verdict[0].contains("An expression without a scan is about "),
+        "{verdict:?}"
+    );
+    let hardest =
+        left_out.examples.iter().max_by(|a, b| a.errors.skin.rms_mm.total_cmp(&b.errors.skin.rms_mm));
+    let findings = texts(&page, ".findings li");
+    assert!((1..=3).contains(&findings.len()), "{findings:?}");
+    assert!(
+        findings[0].contains(&format!("Hardest without a scan: {}", hardest.unwrap().example)),
+        "{findings:?}"
+    );
+    let rows = texts(&page, "tbody tr");
+    assert_eq!(rows.len(), 1 + face.examples.len(), "a row for each example and one for all");
+    assert!(
         rows[2].contains("<b>grin</b>")
-            && rows[2].contains(&format!("{:.3}", left_out.examples[1].errors.rms_mm))
+            && rows[2].contains(&format!("{:.3}", left_out.examples[1].errors.skin.rms_mm))
     );
     assert_left_out(&page);
 
     // A map of another mesh is a fault.
     let short = Map { subject: Subject::Noise, title: "none".into(), values: vec![0.0; 3] };
-    assert!(write_evaluation(folder.path(), &found, &[short], &rig, None).is_err());
+    assert!(write_evaluation(to(folder.path()), &found, &[short], &rig, None).is_err());
 }
 
 #[test]
 fn a_plan_shows_each_frame() {
-    let rig = rig();
+    let mut face = rhytid_demo::face(2_000);
+    face.examples.clear();
+    let rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
     let take = rhytid_demo::performance(&rhytid_demo::face(2_000));
     let regions = Regions::by_handles(&rig);
     let found = coverage(&rig, &take, &regions, None, 3, 3, &NoProgress).unwrap();
     let poses = vec![rig.surface().rest.clone(); 3];
     let folder = TempDir::new().unwrap();
-    write_plan(folder.path(), "<take>.csv", &found, &regions, &poses, &rig, None).unwrap();
+    write_plan(to(folder.path()), "<take>.csv", &found, &regions, &poses, &rig, None).unwrap();
     let (page, json) = page(folder.path(), "plan");
-    assert_eq!(texts(&page, "h1"), ["<take>.csv"]);
+    assert_eq!(texts(&page, "h1"), ["Anna"]);
+    assert!(texts(&page, "header p")[0].contains("<take>.csv"));
+    assert_eq!(texts(&page, ".opening .verdict"), [found.verdict()]);
+    let findings = texts(&page, ".findings li");
+    assert!(findings.len() == found.enough.min(3) && found.enough > 0, "{findings:?}");
+    assert!(findings[0].contains(&format!("frame {}, ", found.scans[0].frame)), "{findings:?}");
     assert_eq!(json["scans"].as_array().unwrap().len(), 3);
     // Without pictures it still says what each scan is for.
     assert_left_out(&page);
-    let captions = texts(&page, "ol.plain li");
-    assert_eq!(captions.len(), 3);
-    for (caption, scan) in captions.iter().zip(&found.scans) {
-        assert!(caption.contains(&format!("frame {}, ", scan.frame)), "{caption}");
-        assert!(caption.contains(&scan.regions[0].region), "{caption}");
+    let rows = texts(&page, ".plan tbody tr");
+    assert_eq!(rows.len(), 3);
+    for (row, scan) in rows.iter().zip(&found.scans) {
+        assert!(row.contains(&format!("frame {}, ", scan.frame)), "{row}");
+        assert!(row.contains(&scan.regions[0].region), "{row}");
     }
-    assert!(write_plan(folder.path(), "take", &found, &regions, &poses[1..], &rig, None).is_err());
+    assert!(write_plan(to(folder.path()), "take", &found, &regions, &poses[1..], &rig, None).is_err());
 }

@@ -3,13 +3,13 @@
 use crate::behind::behind;
 use crate::painter::{Canvas, LIFT, Painter, camera};
 use crate::tests::{DEMO, drawn, number, select, text, usual};
-use crate::{write_evaluation, write_handles, write_plan};
+use crate::{Page, write_evaluation, write_handles, write_plan};
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
 use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Backend, NoProgress, Rig};
 use rhytid_evaluate::coverage::coverage;
-use rhytid_evaluate::{Errors, Evaluation, Map, NoiseAnswer, Regions, Subject};
+use rhytid_evaluate::{Errors, Evaluation, Map, NoiseAnswer, Regions, SkinErrors, Subject};
 use rhytid_render::{Camera, Mark, Picture, Sphere};
 use rhytid_test_support::skip;
 use scraper::{ElementRef, Html, Selector};
@@ -139,11 +139,16 @@ fn what_is_behind_is_what_a_device_hides() {
 fn maps_have_the_colours_of_their_numbers() {
     const SIZE: [u32; 2] = [300, 370];
     let (rig, _) = &*DEMO;
-    // 0 on the face's right, and 2 mm or more or NaN on its left. Each is in a map of its own.
+    // 0 on the face's right, 2 mm on its left, 50 mm at one vertex, and no number on the forehead.
     let sides = rig.surface().rest.iter().map(|p| if p[0] > 0.0 { 2.0 } else { 0.0 });
     let mut values: Vec<f32> = sides.collect();
     let left = values.iter().position(|x| *x > 0.0).unwrap();
-    values[left] = f32::NAN;
+    values[left] = 50.0;
+    let is_forehead = |p: &[f32; 3]| p[1] > 5.0;
+    for (value, p) in values.iter_mut().zip(&rig.surface().rest).filter(|(_, p)| is_forehead(p)) {
+        let _ = p;
+        *value = f32::NAN;
+    }
     let maps = [("sides", values), ("none", vec![0.0; rig.vertices()])].map(|(title, values)| Map {
         subject: Subject::Noise,
         title: title.into(),
@@ -157,6 +162,8 @@ fn maps_have_the_colours_of_their_numbers() {
         frame: 0,
         vertex: 0,
         regions: Vec::new(),
+        skin: SkinErrors::default(),
+        others_rms_mm: None,
     };
     let found = Evaluation {
         name: "face".into(),
@@ -169,7 +176,14 @@ fn maps_have_the_colours_of_their_numbers() {
     each_painter(|device, painter| {
         let folder = TempDir::new().unwrap();
         let html = || {
-            write_evaluation(folder.path(), &found, &maps, rig, Some(painter)).unwrap();
+            write_evaluation(
+                Page { folder: folder.path(), title: "Anna" },
+                &found,
+                &maps,
+                rig,
+                Some(painter),
+            )
+            .unwrap();
             std::fs::read_to_string(folder.path().join("evaluation.html")).unwrap()
         };
         let html = [html(), html()];
@@ -192,7 +206,12 @@ fn maps_have_the_colours_of_their_numbers() {
         let is_white = |c: &[u8]| c[..3].iter().all(|x| *x > 40) && c[0].abs_diff(c[2]) < 8;
         let is_red = |c: &[u8]| c[0] > 60 && c[0] > c[1].saturating_add(60) && c[0] > c[2].saturating_add(40);
         assert!(is_white(&first) && first[0] > 225 && is_red(&last), "{first:?} to {last:?}");
-        assert!(text(&select(&page, ".scale")[0]).ends_with("2.00 mm and more"));
+        assert!(text(&select(&page, ".scale")[0]).contains("2 mm and more"));
+        // The first findings' picture is that of a map: it is in the page once.
+        for picture in select(&page, ".findings use") {
+            let name = picture.attr("href").unwrap().trim_start_matches('#').to_owned();
+            assert_eq!(select(&page, &format!("[id={name}]")).len(), 1, "{name}");
+        }
         for (image, turn) in images[..2].iter().zip(TURNS) {
             let (picture, camera) = (decoded(image), camera_of(rig, turn, SIZE));
             let on_face = |x: f32| {
@@ -204,6 +223,14 @@ fn maps_have_the_colours_of_their_numbers() {
             assert!(is_white(&right) && right[3] == 255, "{device}: {right:?}, expected white in some light");
             assert!(is_red(&left) && left[3] == 255, "{device}: {left:?}, expected red in some light");
             assert_eq!(picture.pixel([0, 0])[3], 0);
+            // What has no number is darker than white, and has no hue.
+            let forehead = rig.surface().rest.iter().filter(|p| p[1] > 6.0 && p[0].abs() < 1.0);
+            let forehead = *forehead.max_by(|a, b| a[2].total_cmp(&b[2])).unwrap();
+            let grey = picture.pixel(place(&camera, SIZE, forehead));
+            assert!(
+                grey[0].abs_diff(grey[2]) < 8 && grey[0] + 20 < right[0],
+                "{device}: {grey:?}, beside {right:?}"
+            );
         }
         let none = decoded(&images[2]);
         let face: Vec<&[u8; 4]> = none.pixels.as_chunks().0.iter().filter(|pixel| pixel[3] == 255).collect();
@@ -224,17 +251,27 @@ fn a_plan_shows_each_frame_with_its_markers() {
     let poses = vec![rig.surface().rest.clone(); 3];
     each_painter(|device, painter| {
         let folder = TempDir::new().unwrap();
-        write_plan(folder.path(), "take", &found, &regions, &poses, rig, Some(painter)).unwrap();
+        write_plan(
+            Page { folder: folder.path(), title: "Anna" },
+            "take",
+            &found,
+            &regions,
+            &poses,
+            rig,
+            Some(painter),
+        )
+        .unwrap();
         let html = std::fs::read_to_string(folder.path().join("plan.html")).unwrap();
         let page = Html::parse_document(&html);
         let captions: Vec<String> = select(&page, "figcaption").iter().map(text).collect();
         assert_eq!(captions.len(), 3);
+        assert_eq!(select(&page, ".findings use").len(), found.enough.min(3));
         for (caption, scan) in captions.iter().zip(&found.scans) {
             assert!(caption.contains(&format!("frame {}, ", scan.frame)), "{caption}");
         }
-        // It is red where the variance falls most.
-        for image in select(&page, ".maps svg image") {
-            let picture = decoded(&image);
+        // The first scan, which takes away most, is red where it does so. All have one scale.
+        for image in select(&page, ".maps svg image").iter().take(2) {
+            let picture = decoded(image);
             let is_warm = |p: &[u8; 4]| p[3] == 255 && p[0] > p[1].saturating_add(60);
             assert!(picture.pixels.as_chunks().0.iter().any(is_warm), "{device}: nothing is coloured");
         }
@@ -261,7 +298,7 @@ fn handles_are_dots_on_the_neutral() {
         let path = folder.path().join("handles.png");
         write_handles(&path, &face, &doubtful, &[marker.map(f64::from)], painter).unwrap();
         let picture = Picture::decode(&std::fs::read(&path).unwrap()).unwrap();
-        assert_eq!(picture.size, [3 * SIZE[0], SIZE[1]]);
+        assert_eq!(picture.size, [3 * SIZE[0], SIZE[1] + 44]);
         let lift = LIFT * Sphere::around(&at).radius;
         for (i, turn) in (0..).zip([-50.0, 0.0, 50.0]) {
             let camera = camera(&at, &rest, face.up_axis, turn, SIZE);

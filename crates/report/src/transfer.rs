@@ -2,15 +2,23 @@
 
 use crate::document::document;
 use crate::map::{self, Map};
+use crate::opening::{Finding, opening};
 use crate::painter::Painter;
 use crate::shot::left_out;
-use crate::written::write_texts;
+use crate::skin::Skin;
+use crate::written::{Page, write_texts};
 use maud::{Markup, html};
-use rhytid_core::{Error, Result, Rig, human};
+use rhytid_core::{Error, Result, Rig, VertexId, human};
+use rhytid_evaluate::Regions;
 use rhytid_transfer::{Maps, Missing, Spread, TransferReport};
-use std::path::Path;
 
-/// Writes `transfer.html` and `transfer.json` to the folder `dir`, which is created if necessary.
+/// The number of regions that are named as bare.
+const NAMED: usize = 3;
+
+/// A region is named as bare if at least this part of its vertices has no counterpart.
+const LEAST_BARE: f64 = 0.05;
+
+/// Writes `transfer.html` and `transfer.json` to the folder of `page`.
 ///
 /// `maps` are of the second face, which `rig` animates. Without a `painter`, the page has a sentence in place
 /// of the maps.
@@ -19,7 +27,7 @@ use std::path::Path;
 /// [`Error::Io`] if a file cannot be written. [`Error::Device`] and [`Error::Input`] if the painter cannot
 /// draw. [`Error::Internal`] if a map has other vertices than the rig.
 pub fn write_transfer(
-    dir: &Path,
+    page: Page<'_>,
     found: &TransferReport,
     maps: &Maps,
     rig: &Rig,
@@ -32,11 +40,14 @@ pub fn write_transfer(
         "Transfer of examples from " b { (found.from) }
     };
     let per_cent: Vec<f32> = maps.stretch.iter().map(|x| 100.0 * x).collect();
-    let [distance, stretch] = [
-        section("mm", &maps.distance_mm, found.distance_mm, rig, painter)?,
-        section("%", &per_cent, times(found.stretch, 100.0), rig, painter)?,
-    ];
+    let triangles = Skin::new(rig).triangles();
+    let draw = |id: &'static str, unit: &'static str, values: &[f32], spread: Spread| {
+        Section::new(id, unit, values, spread, rig, &triangles, painter)
+    };
+    let distance = draw("distance", "mm", &maps.distance_mm, found.distance_mm)?;
+    let stretch = draw("stretch", "%", &per_cent, times(found.stretch, 100.0))?;
     let main = html! {
+        (opening(&verdict(found), &findings(found, &maps.distance_mm, &per_cent, [&distance, &stretch], rig)))
         section {
             h2 { "Summary" }
             @if !found.warnings.is_empty() { ul.warnings { @for warning in &found.warnings { li { (warning) } } } }
@@ -45,19 +56,122 @@ pub fn write_transfer(
         section {
             h2 { "Distance between the faces" }
             p { "The first face is laid over this one. The map shows how far each vertex of this face is then from its place on the first. "
-                "A vertex without such a place has the last colour. What is transferred beside it continues there and fades out." }
-            (distance)
+                "A vertex without such a place is grey. What is transferred beside it continues there and fades out." }
+            (distance.markup)
         }
         section {
             h2 { "Stretch of the first face" }
             p { "The map shows how much longer or shorter the surface became, in its worst direction. The difference of the faces’ sizes is "
                 "taken out. Where a few vertices stand out, a landmark may be at the wrong place." }
-            (stretch)
+            (stretch.markup)
         }
     };
     let json =
         serde_json::to_string(found).map_err(|e| Error::Internal(format!("the transfer as JSON: {e}")))?;
-    write_texts(dir, [("transfer.html", document(&found.to, &about, &main)), ("transfer.json", json)])
+    write_texts(
+        page.folder,
+        [("transfer.html", document(page.title, &about, &main)), ("transfer.json", json)],
+    )
+}
+
+/// Whether the transfer can be used, and what to correct otherwise.
+fn verdict(found: &TransferReport) -> String {
+    let what = if found.linear_band { "motion" } else { "wrinkles" };
+    let covered = format!("{} % of the skin", human::number((1000.0 * found.covered).round() / 10.0));
+    match found.warnings.len() {
+        0 => format!(
+            "The {what} of {} can be used on {}: {covered} has a counterpart, and nothing needs to be corrected.",
+            found.from, found.to
+        ),
+        1 => format!(
+            "Correct one thing before you use the {what} of {} on {}; {covered} has a counterpart.",
+            found.from, found.to
+        ),
+        n => format!(
+            "Correct {n} things before you use the {what} of {} on {}; {covered} has a counterpart.",
+            found.from, found.to
+        ),
+    }
+}
+
+/// What to correct, and then where the faces differ most.
+fn findings(
+    found: &TransferReport,
+    distance_mm: &[f32],
+    stretch: &[f32],
+    [of_distance, of_stretch]: [&Section; 2],
+    rig: &Rig,
+) -> Vec<Finding> {
+    let mut findings: Vec<Finding> = Vec::new();
+    for warning in &found.warnings {
+        // A warning names the map that shows it.
+        let section = [(of_distance, "map of distances"), (of_stretch, "map of stretches")];
+        let shown = section.into_iter().find(|(_, name)| warning.contains(name));
+        findings.push(Finding {
+            words: html! { (capital(warning)) "." },
+            picture: shown.and_then(|(section, _)| section.again.clone()),
+        });
+    }
+    let regions = Regions::by_handles(rig);
+    let bare = bare_regions(distance_mm, &regions);
+    if !bare.is_empty() {
+        findings.push(Finding {
+            words: html! { b { "Without a counterpart: " } (bare.join(", ")) ". The skin there moves by the shell alone." },
+            picture: of_distance.again.clone(),
+        });
+    }
+    let of_maps = [
+        ("Farthest apart: ", of_distance, distance_mm, "mm", found.same_topology),
+        ("Most stretched: ", of_stretch, stretch, "%", false),
+    ];
+    for (name, section, values, unit, is_exact) in of_maps {
+        if let Some((region, value)) = worst_region(values, &regions).filter(|_| !is_exact) {
+            findings.push(Finding {
+                words: html! { b { (name) } (region) ", " (rounded(value)) " " (unit) " (RMS)." },
+                picture: section.again.clone(),
+            });
+        }
+    }
+    findings
+}
+
+fn capital(sentence: &str) -> String {
+    let mut letters = sentence.chars();
+    letters.next().into_iter().flat_map(char::to_uppercase).chain(letters).collect()
+}
+
+/// The region with the largest RMS.
+fn worst_region(values: &[f32], regions: &Regions) -> Option<(String, f64)> {
+    let mut sums = vec![(0.0, 0); regions.names().len()];
+    for (v, value) in values.iter().enumerate().filter(|(_, value)| value.is_finite()) {
+        if let Some(region) = regions.of_vertex(VertexId::from_index(v)) {
+            sums[region].0 += f64::from(*value).powi(2);
+            sums[region].1 += 1;
+        }
+    }
+    let known = regions.names().iter().zip(sums).filter(|(_, (_, count))| *count > 0);
+    let rms = known.map(|(name, (sum, count))| (name.clone(), (sum / f64::from(count)).sqrt()));
+    rms.max_by(|a, b| a.1.total_cmp(&b.1))
+}
+
+/// The regions of which a part has no counterpart, with this part. The largest is first.
+fn bare_regions(values: &[f32], regions: &Regions) -> Vec<String> {
+    let mut counts = vec![[0_usize; 2]; regions.names().len()];
+    for (v, value) in values.iter().enumerate() {
+        if let Some(region) = regions.of_vertex(VertexId::from_index(v)) {
+            counts[region][0] += 1;
+            counts[region][1] += usize::from(value.is_nan());
+        }
+    }
+    let part = |[all, bare]: [usize; 2]| bare as f64 / all.max(1) as f64;
+    let known = regions.names().iter().zip(counts).map(|(name, count)| (name, part(count)));
+    let mut bare: Vec<(&String, f64)> = known.filter(|(_, part)| *part >= LEAST_BARE).collect();
+    bare.sort_by(|a, b| b.1.total_cmp(&a.1));
+    bare.into_iter().take(NAMED).map(|(name, part)| format!("{:.0} % of the {name}", 100.0 * part)).collect()
+}
+
+fn rounded(x: f64) -> String {
+    human::number((x * 100.0).round() / 100.0)
 }
 
 fn times(spread: Spread, factor: f64) -> Spread {
@@ -65,31 +179,44 @@ fn times(spread: Spread, factor: f64) -> Spread {
 }
 
 /// A map, with its numbers in words.
-fn section(
-    unit: &str,
-    values: &[f32],
-    spread: Spread,
-    rig: &Rig,
-    painter: Option<&Painter>,
-) -> Result<Markup> {
-    let number = |x: f64| human::number((x * 100.0).round() / 100.0);
-    let words = html! {
-        p { "The median is " (number(spread.median)) " " (unit) ". 95 % are below " (number(spread.p95)) " " (unit) ". The largest is " (number(spread.worst)) " " (unit) "." }
-    };
-    let Some(painter) = painter else { return Ok(html! { (words) (left_out()) }) };
-    let end = map::end(std::iter::once(values));
-    let map = Map {
-        title: html! { "dots are the handles" },
-        positions: &rig.surface().rest,
-        values: values.to_vec(),
-        end,
-        markers: true,
-    };
-    let figures = map::figures(painter, rig, &[map])?;
-    let last = format!("{} {unit} and more", number(end.into()));
-    Ok(
-        html! { (words) (map::scale(painter, ["0", &last])) div.maps { @for figure in &figures { (figure) } } },
-    )
+struct Section {
+    markup: Markup,
+    /// Its first picture once more.
+    again: Option<Markup>,
+}
+
+impl Section {
+    fn new(
+        id: &str,
+        unit: &str,
+        values: &[f32],
+        spread: Spread,
+        rig: &Rig,
+        triangles: &[[u32; 3]],
+        painter: Option<&Painter>,
+    ) -> Result<Self> {
+        let words = html! {
+            p { "The median is " (rounded(spread.median)) " " (unit) ". 95 % are below " (rounded(spread.p95)) " " (unit) ". The largest is " (rounded(spread.worst)) " " (unit) "." }
+        };
+        let Some(painter) = painter else {
+            return Ok(Self { markup: html! { (words) (left_out()) }, again: None });
+        };
+        let end = map::end(std::iter::once(values));
+        let map = Map {
+            id: id.to_owned(),
+            title: html! { "dots are the handles" },
+            positions: &rig.surface().rest,
+            values: values.to_vec(),
+            end,
+            markers: true,
+        };
+        let figures = map::figures(painter, rig, triangles, &[map])?;
+        let scale = map::scale(painter, end, unit, "no counterpart", std::iter::once(values));
+        Ok(Self {
+            markup: html! { (words) (scale) div.maps { @for figure in &figures { (figure.markup) } } },
+            again: figures.first().map(|figure| figure.again.clone()),
+        })
+    }
 }
 
 fn facts(found: &TransferReport) -> Vec<(&'static str, String)> {

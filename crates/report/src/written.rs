@@ -4,6 +4,15 @@ use rhytid_core::{AtomicFile, Error, Result};
 use std::io::Write;
 use std::path::Path;
 
+/// Where a report is written, and its heading.
+#[derive(Debug, Clone, Copy)]
+pub struct Page<'a> {
+    /// The folder, which is created if necessary.
+    pub folder: &'a Path,
+    /// The heading: whom the report is about, such as the rig's name.
+    pub title: &'a str,
+}
+
 /// Writes texts, each to a file of its name in the folder `dir`, which is created if necessary.
 ///
 /// # Errors

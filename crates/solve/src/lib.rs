@@ -39,6 +39,8 @@ mod detail;
 mod doctor;
 mod driven;
 mod exposure;
+mod face_parts;
+mod face_places;
 pub mod head;
 pub mod influences;
 mod learned;
@@ -62,6 +64,8 @@ pub use align::{Misplaced, misplaced};
 pub use contact::FoundEyeball;
 pub use doctor::{ExampleSpace, Finding, Report, Severity, check, examine, example_spaces};
 pub use driven::DrivenComponents;
+pub use face_parts::{FacePart, face_parts};
+pub use face_places::FacePlaces;
 pub use learned::{
     Candidate, Confidence, EXTRAPOLATION, FreeMotion, FreePart, PlannedScan, ScanPlan, Smoothing, plan_scans,
 };

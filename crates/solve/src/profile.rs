@@ -36,7 +36,7 @@ const FOREHEAD: [f64; 2] = [1.1, 1.5];
 const HAIRLINE: f64 = 0.78;
 
 /// The ears begin so far behind the tip of the nose, in widths of the head.
-const EARS: f64 = 0.52;
+pub(crate) const EARS: f64 = 0.52;
 
 /// The line of the jaw begins so far behind the tip of the nose, in widths of the head.
 const JAW: f64 = 0.2;
@@ -96,9 +96,13 @@ impl Profile {
         let height = self.nose.y - self.chin.y;
         let hairline = HAIRLINE * (self.top - self.chin.y) - height;
         let top = self.nose.y + hairline.clamp(FOREHEAD[0] * height, FOREHEAD[1] * height);
+        point.y <= top && self.is_above_jaw(point) && self.nose.z - point.z <= EARS * self.width
+    }
+
+    /// Whether a point is above the line from the chin along the jaw.
+    pub(crate) fn is_above_jaw(&self, point: DVec3) -> bool {
         let behind = self.nose.z - point.z;
-        let jaw = self.chin.y + JAW_RISES * (behind - JAW * self.width).max(0.0);
-        point.y <= top && point.y >= jaw && behind <= EARS * self.width
+        point.y >= self.chin.y + JAW_RISES * (behind - JAW * self.width).max(0.0)
     }
 
     fn of_width(triangles: &[[DVec3; 3]], top: f64, middle: f64, width: f64) -> Option<Self> {

@@ -11,6 +11,7 @@ use rhytid::evaluate::coverage::{self, Coverage, Scan, TakeSigma};
 use rhytid::formats::sequence::Sequence;
 use rhytid::formats::{export::OutputStage, mesh, tables};
 use rhytid::playback::Playback;
+use rhytid::report::Page;
 use rhytid::{Error, NoProgress, Result, Rig, Take};
 use std::path::Path;
 
@@ -46,8 +47,10 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
     let found = coverage::coverage(&rig, &take, &regions, candidates.as_deref(), scans, top, ui)?;
     if let Some(dir) = &args.report {
         let poses = poses(&rig, &take, &found, ui)?;
+        let title = output::title(&args.rig, &rig.surface().name);
+        let page = Page { folder: dir, title: &title };
         with_pictures("the plan's pictures are", |painter| {
-            rhytid::report::write_plan(dir, &take_name, &found, &regions, &poses, &rig, painter)
+            rhytid::report::write_plan(page, &take_name, &found, &regions, &poses, &rig, painter)
         })?;
     }
     let lines = match (&args.take_examples, &args.output) {
@@ -128,15 +131,17 @@ fn text(found: &Coverage, take: &str) -> String {
         Some(sigma) => sigma_text(sigma, take, found.frames),
     };
     if found.scans.is_empty() {
-        text += "\n\nNo frame can be scanned.";
+        text += &format!("\n\n{}", found.verdict());
     } else {
-        let header = ["", "frame", "time", "left then", "takes away", "what is strained most"];
+        let header = ["", "frame", "time", "takes away", "left then", "mostly in", "what is strained most"];
         let rows = found.scans.iter().enumerate().map(|(i, s)| scan(i, s));
-        let rows: Vec<[String; 6]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
-        let now = format!("{:.0} %", 100.0 * found.left);
+        let rows: Vec<[String; 7]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
         text += &format!(
-            "\n\nTo be scanned next, the most useful first; of the uncertainty without any example {now} is left now:\n{}",
-            output::table(&rows)
+            "\n\nTo be scanned next, the most useful first. All parts are of the uncertainty without any example; \
+             {} is left now:\n{}\n{}",
+            coverage::share(found.left),
+            output::table(&rows),
+            found.verdict()
         );
     }
     text += &edges_text(&found.edges, found.edges_beyond, found.frames);
@@ -169,14 +174,16 @@ fn sigma_text(sigma: &TakeSigma, take: &str, frames: usize) -> String {
     text
 }
 
-fn scan(i: usize, s: &Scan) -> [String; 6] {
+fn scan(i: usize, s: &Scan) -> [String; 7] {
+    let regions = s.regions.iter().take(NAMED);
     let regions: Vec<String> =
-        s.regions.iter().take(NAMED).map(|r| format!("{} {:.0} %", r.region, 100.0 * r.taken)).collect();
+        regions.map(|r| format!("{} {}", r.region, coverage::share(r.taken))).collect();
     [
         (i + 1).to_string(),
         s.frame.to_string(),
         seconds(s.time),
-        format!("{:.0} %", 100.0 * s.left),
+        coverage::share(s.taken),
+        coverage::share(s.left),
         regions.join(", "),
         s.edges.iter().map(difference).collect::<Vec<_>>().join(", "),
     ]
@@ -216,9 +223,9 @@ fn edges_text(edges: &[Edge], count: usize, frames: usize) -> String {
     if edges.is_empty() {
         return "\n\nNo strain edge goes beyond the examples.".into();
     }
-    let header = ["edge", "beyond", "", "in the examples", "at frame", "time", "frames beyond"];
+    let header = ["edge", "beyond", "in the examples", "at frame", "time", "frames beyond"];
     let rows = edges.iter().map(|e| edge(e, &|beyond| share(beyond, frames)));
-    let rows: Vec<[String; 7]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
+    let rows: Vec<[String; 6]> = std::iter::once(header.map(str::to_owned)).chain(rows).collect();
     format!(
         "\n\n{} {} beyond every example, the farthest first:\n{}",
         human::counted(count, "strain edge"),
@@ -243,13 +250,17 @@ fn difference(d: &Difference) -> String {
     format!("{} {}", names(&d.handles), change(d.difference, d.difference_mm))
 }
 
-fn edge(e: &Edge, share: &dyn Fn(usize) -> String) -> [String; 7] {
-    let [low, high] = e.examples;
+fn edge(e: &Edge, share: &dyn Fn(usize) -> String) -> [String; 6] {
+    // Both ends of the range in the unit of what is beyond.
+    let millimetres = if e.beyond == 0.0 { 0.0 } else { e.beyond_mm / e.beyond };
+    let [low, high] = e.examples.map(|strain| {
+        let text = format!("{:+.1}", strain * millimetres).replace('-', "−");
+        if matches!(&*text, "+0.0" | "−0.0") { "0".to_owned() } else { text }
+    });
     [
         names(&e.handles),
         change(e.beyond, e.beyond_mm),
-        percent(e.beyond.abs()),
-        format!("{} to {}", percent(low), percent(high)),
+        if low == high { format!("{low} mm") } else { format!("{low} to {high} mm") },
         e.frame.to_string(),
         seconds(e.time),
         share(e.frames_beyond),

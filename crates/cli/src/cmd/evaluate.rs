@@ -5,9 +5,10 @@ use crate::drawing::with_pictures;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::human;
-use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Faded, Regions, Truth};
+use rhytid::evaluate::{self, Comparison, Errors, Evaluation, Faded, Regions, SkinErrors, Truth};
 use rhytid::formats::sequence::Sequence;
 use rhytid::formats::{mesh, tables};
+use rhytid::report::Page;
 use rhytid::{Face, Result, Rig};
 
 /// The number of regions named on a line.
@@ -54,7 +55,10 @@ pub(super) fn run(args: &args::Evaluate, ui: &Ui) -> Result<()> {
     };
     let (rig, found, maps) = evaluate::evaluate(&face, given, &devices, ui)?;
     if let Some(dir) = &args.report {
-        let write = |painter: Option<&_>| rhytid::report::write_evaluation(dir, &found, &maps, &rig, painter);
+        let title = output::title(&args.project, &found.name);
+        let page = Page { folder: dir, title: &title };
+        let write =
+            |painter: Option<&_>| rhytid::report::write_evaluation(page, &found, &maps, &rig, painter);
         ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();
@@ -73,19 +77,29 @@ fn text(face: &Face, found: &Evaluation) -> String {
         human::counted(face.examples.len(), "example")
     );
     if let Some(comparisons) = &found.truth {
-        let header = ["from the truth", "RMS", "95 %", "99.9 %", "worst", "wrinkle band", "most in"];
+        let header = [
+            "skin, from the truth",
+            "RMS",
+            "95 %",
+            "99.9 %",
+            "worst",
+            "wrinkle band",
+            "other parts",
+            "most in",
+        ];
         let rows = comparisons.iter().map(comparison);
         text += &format!("\n\n{}", table(header, rows));
     }
     if let Some(left_out) = &found.leave_one_out {
-        let header = ["left out", "RMS", "of the shell", "95 %", "99.9 %", "worst", "most in"];
+        let header =
+            ["skin, left out", "RMS", "of the shell", "95 %", "99.9 %", "worst", "other parts", "most in"];
         let row = |name: &str, e: &Errors, shell: f64| {
-            let numbers = [e.rms_mm, shell, e.p95_mm, e.p99_9_mm, e.worst_mm].map(mm);
-            let [rms, shell, p95, p99_9, worst] = numbers;
-            [name.into(), rms, shell, p95, p99_9, worst, regions(e)]
+            let SkinErrors { rms_mm, p95_mm, p99_9_mm, worst_mm } = e.skin;
+            let [rms, shell, p95, p99_9, worst] = [rms_mm, shell, p95_mm, p99_9_mm, worst_mm].map(mm);
+            [name.into(), rms, shell, p95, p99_9, worst, others(e), regions(e)]
         };
-        let all = row("any of them", &left_out.all, left_out.shell_rms_mm);
-        let each = left_out.examples.iter().map(|e| row(&e.example, &e.errors, e.shell_rms_mm));
+        let all = row("any of them", &left_out.all, left_out.shell_skin_rms_mm);
+        let each = left_out.examples.iter().map(|e| row(&e.example, &e.errors, e.shell_skin_rms_mm));
         text += &format!("\n\n{}", table(header, std::iter::once(all).chain(each)));
         if let Some(line) = faded_line(&left_out.faded) {
             text += &format!("\n\n{line}");
@@ -95,17 +109,23 @@ fn text(face: &Face, found: &Evaluation) -> String {
     text += &format!(
         "\n\n{} mm of noise at the markers moves the skin by {} RMS, {} at most; most in {}",
         noise.noise_mm,
-        mm(noise.errors.rms_mm),
-        mm(noise.errors.worst_mm),
+        mm(noise.errors.skin.rms_mm),
+        mm(noise.errors.skin.worst_mm),
         regions(&noise.errors)
     );
     text
 }
 
-fn comparison(Comparison { method, errors: e, wrinkle_band_rms_mm }: &Comparison) -> [String; 7] {
-    let numbers = [e.rms_mm, e.p95_mm, e.p99_9_mm, e.worst_mm, *wrinkle_band_rms_mm].map(mm);
+fn comparison(Comparison { method, errors: e, wrinkle_band_rms_mm }: &Comparison) -> [String; 8] {
+    let SkinErrors { rms_mm, p95_mm, p99_9_mm, worst_mm } = e.skin;
+    let numbers = [rms_mm, p95_mm, p99_9_mm, worst_mm, *wrinkle_band_rms_mm].map(mm);
     let [rms, p95, p99_9, worst, wrinkles] = numbers;
-    [(*method).into(), rms, p95, p99_9, worst, wrinkles, regions(e)]
+    [(*method).into(), rms, p95, p99_9, worst, wrinkles, others(e), regions(e)]
+}
+
+/// The RMS of what is not skin, if there is anything.
+fn others(errors: &Errors) -> String {
+    errors.others_rms_mm.map_or_else(|| "–".to_owned(), mm)
 }
 
 /// Where the linear band is faded to the shell, if anywhere.
@@ -125,9 +145,9 @@ pub(super) fn faded_line(faded: &[Faded]) -> Option<String> {
     })
 }
 
-/// The regions with the largest errors.
+/// The regions of the skin with the largest errors.
 fn regions(errors: &Errors) -> String {
-    let worst = errors.regions.iter().take(NAMED);
+    let worst = errors.skin_regions().take(NAMED);
     worst.map(|r| format!("{} {}", r.region, mm(r.rms_mm))).collect::<Vec<_>>().join(", ")
 }
 

@@ -9,6 +9,7 @@ use rhytid::core::{AtomicFile, rig_file};
 use rhytid::formats::tables::{self, MarkerRow};
 use rhytid::formats::{FileKind, refuse_inputs, take};
 use rhytid::playback::read_raw_take;
+use rhytid::report::Page;
 use rhytid::{Error, Result};
 use std::path::Path;
 
@@ -45,7 +46,9 @@ pub(super) fn run(args: &args::Prepare, ui: &Ui) -> Result<()> {
     ui.timed("write the take", || take::write(&args.output, &take)).0?;
     if let Some(dir) = &args.report {
         let name = args.raw.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let write = |painter: Option<&_>| rhytid::report::write(dir, &name, &report, &take, &rig, painter);
+        let title = output::title(&args.rig, &rig.surface().name);
+        let page = Page { folder: dir, title: &title };
+        let write = |painter: Option<&_>| rhytid::report::write(page, &name, &report, &take, &rig, painter);
         ui.timed("write the report", || with_pictures("the report's pictures are", write)).0?;
     }
     ui.clear();

@@ -6,6 +6,7 @@ use crate::progress::Ui;
 use crate::{args, inputs, output};
 use rhytid::core::{Example, Mesh, human, rig_file};
 use rhytid::formats::{FileKind, mesh, project, refuse_inputs, tables};
+use rhytid::report::Page;
 use rhytid::transfer::{Missing, Settings, TransferReport, Transferred, transfer};
 use rhytid::{Error, Face, Result};
 use std::path::{Path, PathBuf};
@@ -43,8 +44,10 @@ pub(super) fn run(args: &args::Transfer, ui: &Ui) -> Result<()> {
         kept.write()?;
     }
     if let Some(dir) = &args.report {
+        let title = output::title(&args.to, &report.to);
+        let page = Page { folder: dir, title: &title };
         let write =
-            |painter: Option<&_>| rhytid::report::write_transfer(dir, &report, &maps, &solved.rig, painter);
+            |painter: Option<&_>| rhytid::report::write_transfer(page, &report, &maps, &solved.rig, painter);
         // For programs that show numbers at vertices, `view` among them.
         let rest = solved.rig.surface().rest.iter().map(|x| x.map(f64::from)).collect();
         let mesh = Mesh { positions: rest, faces: solved.rig.surface().faces.clone(), ..Mesh::default() };

@@ -36,6 +36,9 @@ pub struct ScanPlan {
     pub vertices: Vec<VertexId>,
     /// [`PlannedScan::left`] before the first scan: 1 where the rig has no example.
     pub left: f64,
+    /// The variance before the first scan at each of the vertices, as a part of that without any example. The
+    /// mean over the vertices is `left` squared.
+    pub variances: Vec<f64>,
     /// The scans, fewer than asked for if there are no more candidates.
     pub scans: Vec<PlannedScan>,
 }
@@ -60,7 +63,8 @@ struct OfVertex {
 /// `frames` are frames × H positions of the handles in the rig's order, and `candidates` are indices into
 /// them. Each scan is the candidate that takes most variance from all `frames`:
 /// `argmax_j Σ_v Σ_i cov_v(i, j)²/(var_v(j) + λ)`. The rig's examples and the scans before it are given. Of
-/// equal candidates, the first is chosen.
+/// equal candidates, the first is chosen. A candidate that `are_alike` says is like a scan before it is left
+/// out; it receives two indices into `frames`.
 ///
 /// Only the handles of the rig's examples count, so a rig without examples works too. All vertices count
 /// alike. A few hundred frames are enough, because neighbouring frames are alike.
@@ -72,6 +76,7 @@ pub fn plan_scans<T: Real>(
     frames: &[[f64; 3]],
     candidates: &[usize],
     count: usize,
+    are_alike: &dyn Fn(usize, usize) -> bool,
     progress: &dyn Progress,
 ) -> Result<ScanPlan> {
     let Some(learned) = rig.learned() else {
@@ -102,7 +107,12 @@ pub fn plan_scans<T: Real>(
     let variance = |of_vertices: &[OfVertex]| {
         of_vertices.iter().map(OfVertex::variance).sum::<f64>() / of_vertices.len().max(1) as f64
     };
-    let mut plan = ScanPlan { vertices, left: variance(&of_vertices).sqrt(), scans: Vec::new() };
+    let mut plan = ScanPlan {
+        vertices,
+        left: variance(&of_vertices).sqrt(),
+        variances: of_vertices.iter().map(OfVertex::variance).collect(),
+        scans: Vec::new(),
+    };
     let mut open = candidates.to_vec();
     while plan.scans.len() < count {
         progress.step("plan", plan.scans.len() as u64, count as u64)?;
@@ -111,6 +121,7 @@ pub fn plan_scans<T: Real>(
         let best = (0..open.len()).map(|i| (i, total(i))).reduce(|a, b| if b.1 > a.1 { b } else { a });
         let Some((i, _)) = best else { break };
         let frame = open.remove(i);
+        open.retain(|other| !are_alike(frame, *other));
         of_vertices.par_iter_mut().for_each(|of_vertex| {
             let OfVertex { frames, left, noise, .. } = of_vertex;
             scan(left, frames.col_as_slice(frame), *noise);

@@ -165,7 +165,10 @@ fn a_rig_that_has_learned_nothing_has_no_confidence() {
     let rig = solve(&face, &NoProgress).unwrap();
     assert!(Confidence::sampled(&rig, 10).err().unwrap().to_string().contains("method = \"learned\""));
     assert!(
-        plan_scans(&rig, &[], &[], 1, &NoProgress).unwrap_err().to_string().contains("method = \"learned\"")
+        plan_scans(&rig, &[], &[], 1, &|_, _| false, &NoProgress)
+            .unwrap_err()
+            .to_string()
+            .contains("method = \"learned\"")
     );
 }
 
@@ -182,7 +185,7 @@ fn plan_by_definition(
         .chain(positions.chunks(rig.handles().len()).map(|at| vector_strains(rig, at)))
         .collect();
     let (known, all) = (rig.examples().names.len(), poses.len());
-    let vertices = plan_scans(rig, positions, candidates, 0, &NoProgress).unwrap().vertices;
+    let vertices = plan_scans(rig, positions, candidates, 0, &|_, _| false, &NoProgress).unwrap().vertices;
     let mut covariances: Vec<(Mat<f64>, f64)> = vertices
         .iter()
         .map(|&v| {
@@ -238,7 +241,7 @@ fn planned_scans_take_the_most_variance() {
         let rig = solve(&face(known, 0.2), &NoProgress).unwrap();
         let positions = frames(&rig, 12);
         let candidates = [11, 1, 2, 3, 5, 7, 8];
-        let plan = plan_scans(&rig, &positions, &candidates, 4, &NoProgress).unwrap();
+        let plan = plan_scans(&rig, &positions, &candidates, 4, &|_, _| false, &NoProgress).unwrap();
         let (chosen, lefts) = plan_by_definition(&rig, &positions, &candidates, 4, ridge);
         assert_eq!(plan.scans.iter().map(|scan| scan.frame).collect::<Vec<_>>(), chosen);
         let found: Vec<f64> =
@@ -249,7 +252,22 @@ fn planned_scans_take_the_most_variance() {
             let gain = scan.gains.iter().sum::<f64>() / scan.gains.len() as f64;
             assert!((pair[0].powi(2) - gain - pair[1].powi(2)).abs() < 1e-9);
         }
+        // Frames that are like one before are left out.
+        let next = |a: usize, b: usize| a.abs_diff(b) == 1;
+        let apart = plan_scans(&rig, &positions, &candidates, 100, &next, &NoProgress).unwrap();
+        let apart: Vec<usize> = apart.scans.iter().map(|scan| scan.frame).collect();
+        assert_eq!((apart[0], apart.iter().any(|a| apart.iter().any(|b| next(*a, *b)))), (chosen[0], false));
+        let left_out = candidates.iter().filter(|j| !apart.contains(j));
+        assert!(
+            apart.len() >= 4 && left_out.copied().all(|j| apart.iter().any(|a| next(*a, j))),
+            "{apart:?}"
+        );
+        let mean = plan.variances.iter().sum::<f64>() / plan.variances.len() as f64;
+        assert!((mean - plan.left.powi(2)).abs() < 1e-12, "{mean}");
         // More scans than there are candidates.
-        assert_eq!(plan_scans(&rig, &positions, &candidates, 100, &NoProgress).unwrap().scans.len(), 7);
+        assert_eq!(
+            plan_scans(&rig, &positions, &candidates, 100, &|_, _| false, &NoProgress).unwrap().scans.len(),
+            7
+        );
     }
 }

@@ -194,7 +194,7 @@ pub(super) fn take_name(take: &Path) -> String {
 
 /// The regions of the curves.
 fn regions(args: &args::Animate, rig: &Rig) -> Result<Regions> {
-    let Some(path) = &args.groups else { return Ok(Regions::by_handles(rig)) };
+    let Some(path) = &args.groups else { return Ok(Regions::by_labels(rig)) };
     let neutral = Mesh {
         positions: rig.surface().rest.iter().map(|x| x.map(f64::from)).collect(),
         faces: rig.surface().faces.clone(),
