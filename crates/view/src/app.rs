@@ -2,6 +2,7 @@
 
 use crate::commands::Command;
 use crate::document::Document;
+use crate::gpu::Gpu;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::live::{Listen, Live};
 use crate::open::{self, Opened, Opening, Source};
@@ -12,7 +13,6 @@ use crate::slow_frames::SlowFrames;
 use crate::work::Next;
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{DeviceInfo, Error, Result};
 #[cfg(not(target_arch = "wasm32"))]
 use std::net::SocketAddr;
@@ -37,7 +37,7 @@ pub(crate) struct Note {
 /// The viewer.
 pub struct ViewApp {
     pub(crate) state: RenderState,
-    pub(crate) wgpu: Wgpu,
+    pub(crate) gpu: Gpu,
     pub(crate) scene: Option<Scene>,
     pub(crate) settings: Settings,
     pub(crate) note: Option<Note>,
@@ -61,6 +61,9 @@ pub struct ViewApp {
     pub(crate) context: egui::Context,
     #[cfg(target_arch = "wasm32")]
     pub(crate) inbox: crate::inbox::Inbox,
+    /// It has an owner more for each result that is being read from the device.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) reading: std::rc::Rc<()>,
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) live: Option<Live>,
     /// Where to listen, for any open rig.
@@ -92,7 +95,7 @@ impl ViewApp {
         });
         Ok(Self {
             lost,
-            wgpu: Wgpu::from_device(state.device.clone(), state.queue.clone())?,
+            gpu: Gpu::new(state.device.clone(), state.queue.clone())?,
             state,
             scene: None,
             settings: Settings::default(),
@@ -109,11 +112,18 @@ impl ViewApp {
             context: context.egui_ctx.clone(),
             #[cfg(target_arch = "wasm32")]
             inbox: crate::inbox::Inbox::new(&context.egui_ctx),
+            #[cfg(target_arch = "wasm32")]
+            reading: std::rc::Rc::default(),
             #[cfg(not(target_arch = "wasm32"))]
             live: None,
             #[cfg(not(target_arch = "wasm32"))]
             listen_at: None,
         })
+    }
+
+    /// The name of the device that draws.
+    pub fn device_name(&self) -> String {
+        self.gpu.name()
     }
 
     /// Offers other devices for evaluation.
@@ -236,7 +246,13 @@ impl ViewApp {
     pub fn read_picture(&self) -> Option<impl Future<Output = Result<rhytid_render::Picture>> + use<>> {
         let texture = self.scene.as_ref()?.studio()?.drawn_texture()?.clone();
         let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
-        Some(async move { rhytid_render::Picture::read_async(&device, &queue, &texture).await })
+        let reading = self.reading.clone();
+        self.context.request_repaint();
+        Some(async move {
+            let picture = rhytid_render::Picture::read_async(&device, &queue, &texture).await;
+            drop(reading);
+            picture
+        })
     }
 
     /// V × 3 positions of the frame that is shown, from the device that evaluated it. `None` before the first
@@ -248,7 +264,13 @@ impl ViewApp {
         let slice = vertices.positions;
         let (buffer, bytes) = (slice.buffer().clone(), slice.offset()..slice.offset() + slice.size());
         let (device, queue) = (self.state.device.clone(), self.state.queue.clone());
-        Some(async move { rhytid_render::read_floats(&device, &queue, &buffer, bytes).await })
+        let reading = self.reading.clone();
+        self.context.request_repaint();
+        Some(async move {
+            let positions = rhytid_render::read_floats(&device, &queue, &buffer, bytes).await;
+            drop(reading);
+            positions
+        })
     }
 
     /// Whether files are being read.
@@ -324,7 +346,7 @@ impl ViewApp {
                 }
                 let before = self.scene.take();
                 let window = (&self.state, &self.context);
-                let mut scene = Scene::new(rig, &name, &self.wgpu, window, self.device.clone(), before);
+                let mut scene = Scene::new(rig, &name, &self.gpu, window, self.device.clone(), before);
                 scene.pace.always_whole = self.whole_pictures;
                 self.scene = Some(scene);
                 self.note = None;

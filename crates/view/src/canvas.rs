@@ -1,7 +1,7 @@
 //! The face as textures that the window shows.
 
+use crate::gpu::Gpu;
 use crate::pace::Fineness;
-use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Progress, Result, Rig};
 use rhytid_render::{
     Camera, Lights, Look, Mark, Offscreen, Overlay, Renderer, Skin, SkinRenderer, Sphere, Vertices, albedos,
@@ -29,7 +29,7 @@ pub(crate) struct Shown<'a> {
 
 /// Draws one rig's frames. Each side of a comparison has its own textures.
 pub(crate) struct Canvas {
-    wgpu: Wgpu,
+    gpu: Gpu,
     renderer: Renderer,
     lights: Lights,
     overlay: Overlay,
@@ -56,12 +56,12 @@ pub(crate) struct Took {
 }
 
 impl Canvas {
-    /// A canvas for `rig`. `wgpu` shares the window's device.
+    /// A canvas for `rig`. `gpu` is the window's device.
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub(crate) fn new(rig: &Rig, wgpu: &Wgpu) -> Result<Self> {
-        let (device, queue) = (wgpu.device(), wgpu.queue());
+    pub(crate) fn new(rig: &Rig, gpu: &Gpu) -> Result<Self> {
+        let (device, queue) = (gpu.device(), gpu.queue());
         Ok(Self {
             renderer: Renderer::new(
                 device,
@@ -73,7 +73,7 @@ impl Canvas {
             lights: Lights::default(),
             overlay: Overlay::new(device, queue, Offscreen::TARGET)?,
             lift: 0.1 * Sphere::around(&rig.handles().rest).radius,
-            wgpu: wgpu.clone(),
+            gpu: gpu.clone(),
             page: None,
             sides: Default::default(),
             lit: None,
@@ -91,7 +91,7 @@ impl Canvas {
     /// As [`Offscreen::new`].
     pub(crate) fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         if self.page.as_ref().is_none_or(|page| page.size() != size) {
-            self.page = Some(Offscreen::new(self.wgpu.device(), self.wgpu.queue(), size)?);
+            self.page = Some(Offscreen::new(self.gpu.device(), self.gpu.queue(), size)?);
         }
         Ok(())
     }
@@ -113,11 +113,11 @@ impl Canvas {
         };
         let mut took = Took::default();
         let begin = Instant::now();
-        let (device, queue) = (self.wgpu.device(), self.wgpu.queue());
+        let (device, queue) = (self.gpu.device(), self.gpu.queue());
         let skin = match shown.drawn {
             Drawn::Look(look) => Err(look),
             Drawn::Skin(skin, Fineness::Whole) => {
-                light(&self.wgpu, skin, vertices, shown.camera, page.aspect(), &self.lights, progress)?;
+                light(&self.gpu, skin, vertices, shown.camera, page.aspect(), &self.lights, progress)?;
                 self.lit = Some(skin.clone());
                 Ok(skin)
             }
@@ -165,7 +165,7 @@ impl Canvas {
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn picture(&self) -> Result<Option<rhytid_render::Picture>> {
         use rhytid_render::Picture;
-        let read = |page: &Offscreen| Picture::read(self.wgpu.device(), self.wgpu.queue(), page.texture());
+        let read = |page: &Offscreen| Picture::read(self.gpu.device(), self.gpu.queue(), page.texture());
         self.page.as_ref().map(read).transpose()
     }
 
@@ -203,7 +203,7 @@ impl Side {
 /// Lights skin: in pieces, so that the window can draw in between. Browsers do not allow the waiting that
 /// this needs.
 fn light(
-    wgpu: &Wgpu,
+    gpu: &Gpu,
     skin: &SkinRenderer,
     vertices: Vertices<'_>,
     camera: &Camera,
@@ -214,9 +214,9 @@ fn light(
     if cfg!(not(target_arch = "wasm32")) {
         return skin.light_in_pieces(vertices, camera, aspect, lights, progress);
     }
-    let mut encoder = wgpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let mut encoder = gpu.device().create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
     skin.light(&mut encoder, vertices, camera, aspect, lights)?;
-    wgpu.queue().submit([encoder.finish()]);
+    gpu.queue().submit([encoder.finish()]);
     Ok(())
 }
 
@@ -224,8 +224,8 @@ fn light(
 ///
 /// # Errors
 /// As [`SkinRenderer::with_progress`].
-pub(crate) fn skin(rig: &Rig, wgpu: &Wgpu, progress: &dyn Progress) -> Result<SkinRenderer> {
-    let (device, queue) = (wgpu.device(), wgpu.queue());
+pub(crate) fn skin(rig: &Rig, gpu: &Gpu, progress: &dyn Progress) -> Result<SkinRenderer> {
+    let (device, queue) = (gpu.device(), gpu.queue());
     let (millimetres, skin) = (1e3 * rig.surface().metres_per_unit, Skin::default());
     let target = Offscreen::TARGET;
     let renderer = SkinRenderer::with_progress(

@@ -15,9 +15,14 @@ impl eframe::App for ViewApp {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         if let Some(reason) = self.lost.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            let device = self.wgpu.device().adapter_info().name;
+            let device = self.gpu.name();
             let message = format!("the device that draws was lost ({reason}); open the viewer again");
             self.note = Some(Note { words: format!("{device}: {message}"), is_error: true });
+        }
+        // WebGL hands results over only between frames.
+        #[cfg(target_arch = "wasm32")]
+        if std::rc::Rc::strong_count(&self.reading) > 1 {
+            context.request_repaint();
         }
         self.take_opened();
         #[cfg(not(target_arch = "wasm32"))]

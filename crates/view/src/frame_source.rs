@@ -1,9 +1,10 @@
 //! A rig's frames. The device that draws evaluates them, or another device does and passes them on.
 
 use crate::edits::EditedFrame;
+use crate::gpu::Gpu;
 use rayon::prelude::*;
 use rhytid_backend_cpu::Cpu;
-use rhytid_backend_wgpu::{Wgpu, WgpuSession};
+use rhytid_backend_wgpu::WgpuSession;
 use rhytid_core::{Animator, Backend, Error, Result, Rig, Session, Stage, UploadOptions};
 use rhytid_kernels::normals::{VertexTriangles, vertex_normal};
 use rhytid_render::{FrameBuffers, Vertices};
@@ -24,11 +25,12 @@ pub(crate) type OtherDevice = Animator<Box<dyn Session>>;
 /// Evaluates one frame at a time.
 pub(crate) struct FrameSource {
     rig: Arc<Rig>,
-    wgpu: Wgpu,
-    /// The evaluation on the device that draws. `None` where another device was chosen.
+    gpu: Gpu,
+    /// The evaluation on the device that draws. `None` where another device was chosen, or where the device
+    /// cannot evaluate.
     drawn: Option<Animator<WgpuSession>>,
     /// The chosen device. Where none was chosen, it is the processor, as soon as frames are needed on the
-    /// host.
+    /// host, or always where the device that draws cannot evaluate.
     other: Option<OtherDevice>,
     buffers: FrameBuffers,
     triangles: VertexTriangles,
@@ -42,21 +44,20 @@ pub(crate) struct FrameSource {
 }
 
 impl FrameSource {
-    /// The frames of `rig`, drawn by `wgpu`. Without an `other` device, `wgpu` also evaluates them.
+    /// The frames of `rig`, drawn by `gpu`. Without an `other` device, `gpu` also evaluates them if it can.
     ///
     /// # Errors
     /// As [`Animator::new`].
-    pub(crate) fn new(rig: Arc<Rig>, wgpu: &Wgpu, other: Option<OtherDevice>) -> Result<Self> {
-        let drawn = match other {
-            Some(_) => None,
-            None => Some(Animator::new(wgpu, &rig, UploadOptions::frames(1))?),
-        };
+    pub(crate) fn new(rig: Arc<Rig>, gpu: &Gpu, other: Option<OtherDevice>) -> Result<Self> {
+        let kernels = gpu.kernels().filter(|_| other.is_none());
+        let upload = |wgpu| Animator::new(wgpu, &rig, UploadOptions::frames(1));
+        let drawn = kernels.map(upload).transpose()?;
         Ok(Self {
             drawn,
             other,
-            buffers: FrameBuffers::new(wgpu.device(), wgpu.queue(), rig.vertices())?,
+            buffers: FrameBuffers::new(gpu.device(), gpu.queue(), rig.vertices())?,
             triangles: rig.surface().vertex_triangles(),
-            wgpu: wgpu.clone(),
+            gpu: gpu.clone(),
             is_on_host: false,
             positions: Vec::new(),
             normals: Vec::new(),
@@ -181,7 +182,7 @@ impl FrameSource {
     }
 
     /// The device that draws.
-    pub(crate) fn wgpu(&self) -> &Wgpu {
-        &self.wgpu
+    pub(crate) fn gpu(&self) -> &Gpu {
+        &self.gpu
     }
 }

@@ -33,6 +33,7 @@ mod document;
 mod each_frame;
 mod edits;
 mod frame_source;
+mod gpu;
 mod history;
 #[cfg(target_arch = "wasm32")]
 mod inbox;

@@ -230,8 +230,10 @@ fn table(ui: &mut egui::Ui, rig: &Rig, explanation: &Explanation) {
 }
 
 fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
-    let info = app.wgpu.device().adapter_info();
-    ui.label(format!("drawn on {}", info.name));
+    ui.label(format!("drawn on {}", app.gpu.name()));
+    if app.gpu.kernels().is_none() {
+        ui.label("evaluated by the processor, since the device has no compute shaders");
+    }
     if !app.devices.is_empty() {
         let name = |device: &Option<rhytid_core::DeviceInfo>| match device {
             None => "the device that draws".to_owned(),

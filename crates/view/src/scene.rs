@@ -1,6 +1,7 @@
 //! The open document and its picture.
 
 use crate::document::Document;
+use crate::gpu::Gpu;
 use crate::orbit::Orbit;
 use crate::order::Order;
 use crate::pace::{Fineness, Pace};
@@ -13,7 +14,6 @@ use crate::studio::Studio;
 use crate::work::{DeviceTask, Next, Task, Work};
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
-use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{DeviceInfo, Error, Explanation, Result, Rig};
 use rhytid_render::SkinRenderer;
 #[cfg(not(target_arch = "wasm32"))]
@@ -95,7 +95,7 @@ pub(crate) struct Scene {
     /// The number of pictures since the rig was opened.
     pub drawn: u64,
     pub pace: Pace,
-    wgpu: Wgpu,
+    gpu: Gpu,
     context: egui::Context,
     painter: Painter,
     screen: Screen,
@@ -113,12 +113,12 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    /// Opens a rig in the window of `state` and `context`, whose device `wgpu` shares. If a `device` is
+    /// Opens a rig in the window of `state` and `context`, whose device is `gpu`. If a `device` is
     /// given, it evaluates. The scene `before` makes room first.
     pub(crate) fn new(
         rig: Arc<Rig>,
         name: &str,
-        wgpu: &Wgpu,
+        gpu: &Gpu,
         window: (&RenderState, &egui::Context),
         device: Option<DeviceInfo>,
         before: Option<Self>,
@@ -129,10 +129,10 @@ impl Scene {
             task.work.stop();
         }
         let make = {
-            let (rig, wgpu) = (rig.clone(), wgpu.clone());
+            let (rig, gpu) = (rig.clone(), gpu.clone());
             move || {
                 drop(skin);
-                Studio::new(rig, &wgpu, device.as_ref())
+                Studio::new(rig, &gpu, device.as_ref())
             }
         };
         Self {
@@ -140,7 +140,7 @@ impl Scene {
             screen: Screen::new(state),
             orbit: Orbit::new(&rig, 1.0),
             document: Document::new(rig, name),
-            wgpu: wgpu.clone(),
+            gpu: gpu.clone(),
             context: context.clone(),
             selected: Vec::new(),
             under: None,
@@ -233,10 +233,10 @@ impl Scene {
     fn prepare_skin(&mut self, settings: &Settings, patience: Duration, news: &mut Vec<News>) {
         let is_wanted = settings.show == Show::Skin;
         if let (SkinState::None, true) = (&self.skin, is_wanted) {
-            let (rig, wgpu) = (self.document.rig.clone(), self.wgpu.clone());
+            let (rig, gpu) = (self.document.rig.clone(), self.gpu.clone());
             let words = "preparing the light in the skin".to_owned();
             let task = Task::new(words, &self.context, move |work, give| {
-                give(crate::canvas::skin(&rig, &wgpu, work));
+                give(crate::canvas::skin(&rig, &gpu, work));
             });
             self.skin = SkinState::Preparing(DeviceTask(task));
         }

@@ -2,13 +2,13 @@
 
 use crate::canvas::{Canvas, Drawn, Shown, Took};
 use crate::frame_source::{FrameSource, OtherDevice, Wanted};
+use crate::gpu::Gpu;
 use crate::order::Order;
 use crate::pace::Fineness;
 use crate::painter::{Answer, Job, Painted};
 use crate::pick;
 use crate::scene::Times;
 use crate::settings::{Before, Settings, Show};
-use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{DeviceInfo, Progress, Result, Rig};
 use rhytid_render::{Heat, Lights, Look, Mark, Strains, distances, influence_marks, marker_marks};
 use std::sync::Arc;
@@ -30,14 +30,14 @@ pub(crate) struct Studio {
 }
 
 impl Studio {
-    /// Puts a rig on `wgpu`, which draws. If another `device` is chosen, it evaluates.
+    /// Puts a rig on `gpu`, which draws. If another `device` is chosen, it evaluates.
     ///
     /// # Errors
     /// As uploading the rig.
-    pub(crate) fn new(rig: Arc<Rig>, wgpu: &Wgpu, device: Option<&DeviceInfo>) -> Result<Self> {
+    pub(crate) fn new(rig: Arc<Rig>, gpu: &Gpu, device: Option<&DeviceInfo>) -> Result<Self> {
         Ok(Self {
-            canvas: Canvas::new(&rig, wgpu)?,
-            source: FrameSource::new(rig.clone(), wgpu, other(device, &rig)?)?,
+            canvas: Canvas::new(&rig, gpu)?,
+            source: FrameSource::new(rig.clone(), gpu, other(device, &rig)?)?,
             rig,
             shell: None,
             strains: None,
@@ -57,7 +57,7 @@ impl Studio {
             Job::Pick { order, at, then } => Ok(Answer::Picked(self.pick(&order, at)?, then)),
             Job::Device(device) => {
                 let other = other(device.as_ref(), &self.rig)?;
-                self.source = FrameSource::new(self.rig.clone(), &self.source.wgpu().clone(), other)?;
+                self.source = FrameSource::new(self.rig.clone(), &self.source.gpu().clone(), other)?;
                 Ok(Answer::Device(device))
             }
             #[cfg(not(target_arch = "wasm32"))]
@@ -118,7 +118,7 @@ impl Studio {
             (true, Some(shell)) => shell,
             (true, none) => {
                 let shell = Arc::new((*rig).clone().shell()?);
-                none.insert(FrameSource::new(shell, self.source.wgpu(), None)?)
+                none.insert(FrameSource::new(shell, self.source.gpu(), None)?)
             }
         };
         let mut times = Times::default();

@@ -1,7 +1,6 @@
 // Shows the viewer, with the demo's face open. For programs `window.rhytid` has `state`: "running", then "open", "unsupported" where there
-// is no WebGPU, or "broken" with a `message`; `viewer`, whose functions are those of crates/web/src/viewer.rs; and the GPU's `device`.
-// `?empty` opens nothing.
-import init, { view } from "./rhytid_web.js";
+// is neither WebGPU nor WebGL 2, or "broken" with a `message`; `viewer`, whose functions are those of crates/web/src/viewer.rs; and
+// WebGPU's `device`. `?empty` opens nothing. `?webgl` takes WebGL 2 even if there is WebGPU.
 import { unpacked, whenLost, whyNot } from "./webgpu.js";
 
 const result = (window.rhytid = { state: "running" });
@@ -17,14 +16,24 @@ addEventListener("error", (event) => end("broken", `The viewer stopped: ${event.
 addEventListener("unhandledrejection", (event) => end("broken", `The viewer stopped: ${event.reason?.message ?? event.reason}`));
 
 async function run() {
-    const reason = await whyNot();
-    if (reason) return end("unsupported", reason);
+    const asked = new URLSearchParams(location.search);
+    const isEmpty = asked.has("empty");
+    const reason = asked.has("webgl") ? "WebGL 2 was asked for." : await whyNot();
+    if (reason && !document.createElement("canvas").getContext("webgl2")) {
+        return end("unsupported", `${reason} It has no WebGL 2 either, with which the face could be drawn.`);
+    }
     end("running", "Loading …");
-    whenLost(
-        ({ message }) => end("broken", `The GPU was lost${message ? ` (${message})` : ""}. Reload the page to go on.`),
-        (device) => (result.device = device),
-    );
-    const isEmpty = new URLSearchParams(location.search).has("empty");
+    const lost = (message) => end("broken", `The GPU was lost${message ? ` (${message})` : ""}. Reload the page to go on.`);
+    if (reason) {
+        element("canvas").addEventListener("webglcontextlost", () => lost());
+    } else {
+        whenLost(
+            ({ message }) => lost(message),
+            (device) => (result.device = device),
+        );
+    }
+    // Without WebGPU another program draws by WebGL 2, and the processor evaluates.
+    const { default: init, view } = await import(reason ? "./rhytid_webgl.js" : "./rhytid_web.js");
     const demo = isEmpty ? [] : ["demo.safetensors", "demo.csv"];
     const [files] = await Promise.all([Promise.all(demo.map((name) => unpacked(`${name}.gz`))), init()]);
     const viewer = (result.viewer = await view(element("canvas")));

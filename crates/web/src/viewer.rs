@@ -23,8 +23,13 @@ pub struct Viewer {
 #[wasm_bindgen]
 pub async fn view(canvas: HtmlCanvasElement) -> Result<Viewer, JsValue> {
     let mut setup = WgpuSetupCreateNew::without_display_handle();
-    setup.instance_descriptor.backends = wgpu::Backends::BROWSER_WEBGPU;
-    setup.device_descriptor = Arc::new(Wgpu::device_descriptor);
+    if cfg!(feature = "webgl") {
+        setup.instance_descriptor.backends = wgpu::Backends::GL;
+        setup.device_descriptor = Arc::new(of_webgl);
+    } else {
+        setup.instance_descriptor.backends = wgpu::Backends::BROWSER_WEBGPU;
+        setup.device_descriptor = Arc::new(Wgpu::device_descriptor);
+    }
     let options = eframe::WebOptions {
         wgpu_options: WgpuConfiguration {
             wgpu_setup: WgpuSetup::CreateNew(setup),
@@ -36,6 +41,12 @@ pub async fn view(canvas: HtmlCanvasElement) -> Result<Viewer, JsValue> {
     let create: eframe::AppCreator<'static> = Box::new(|context| Ok(Box::new(ViewApp::new(context)?)));
     runner.start(canvas, options, create).await?;
     Ok(Viewer { runner })
+}
+
+/// What WebGL 2 has, and textures as large as the browser has them.
+fn of_webgl(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+    wgpu::DeviceDescriptor { label: Some("rhytid"), required_limits: limits, ..Default::default() }
 }
 
 #[wasm_bindgen]
@@ -50,7 +61,7 @@ impl Viewer {
     ///
     /// `open` is the rig's name, or null. The other keys are `vertices`, `frames`, `frame`, `playing`,
     /// `handles` (H × 3), `selected`, `vertex`, `pictures`, `note`, and `error`, which says whether the note
-    /// is an error.
+    /// is an error. `device` is what draws.
     #[wasm_bindgen(getter)]
     pub fn status(&self) -> String {
         let status = self.with(|app| {
@@ -69,6 +80,7 @@ impl Viewer {
                 "pictures": app.times().map(|(_, pictures)| pictures),
                 "note": note,
                 "error": error,
+                "device": app.device_name(),
             })
         });
         status.map_or_else(String::new, |status| status.to_string())

@@ -15,8 +15,19 @@ const TARGET: &str = "wasm32-unknown-unknown";
 /// The root manifest's profile for pages. Cargo's folder for the programs has the same name.
 const PROFILE: &str = "web";
 
-/// What `crates/web` is called in the folder: `rhytid_web.js` and `rhytid_web_bg.wasm`.
-const NAME: &str = "rhytid_web";
+/// What cargo calls the program.
+const LIBRARY: &str = "rhytid_web";
+
+/// `crates/web`, compiled with features.
+struct Program {
+    /// What it is called in the folder: `NAME.js` and `NAME_bg.wasm`.
+    name: &'static str,
+    features: &'static str,
+}
+
+/// The program for WebGPU, and the larger one for browsers without it.
+const PROGRAMS: [Program; 2] =
+    [Program { name: "rhytid_web", features: "" }, Program { name: "rhytid_webgl", features: "webgl" }];
 
 /// About how many vertices the demo rig beside the pages has. Fewer would not show wrinkles.
 const DEMO_VERTICES: usize = 4_000;
@@ -50,9 +61,12 @@ pub enum Warnings {
 /// The errors of cargo, wasm-bindgen or the disk.
 pub fn build(folder: &Path, warnings: Warnings) -> Result<Vec<Size>> {
     fs::create_dir_all(folder).map_err(|e| at(folder, &e))?;
-    finish(&compile(warnings)?, folder)?;
+    let mut names = Vec::new();
+    for program in &PROGRAMS {
+        finish(program.name, &compile(program.features, warnings)?, folder)?;
+        names.extend([format!("{}.js", program.name), format!("{}_bg.wasm", program.name)]);
+    }
     let pages = root().join("crates/web/pages");
-    let mut names = vec![format!("{NAME}.js"), format!("{NAME}_bg.wasm")];
     for entry in fs::read_dir(&pages).map_err(|e| at(&pages, &e))? {
         let from = entry.map_err(|e| at(&pages, &e))?.path();
         let name = from.file_name().unwrap_or_default().to_string_lossy().into_owned();
@@ -70,14 +84,15 @@ pub fn build(folder: &Path, warnings: Warnings) -> Result<Vec<Size>> {
     names.into_iter().map(size).collect()
 }
 
-/// Compiles `crates/web` for browsers; returns the program's path.
-fn compile(warnings: Warnings) -> Result<PathBuf> {
+/// Compiles `crates/web` for browsers; returns the program's path. The next program takes its place.
+fn compile(features: &str, warnings: Warnings) -> Result<PathBuf> {
     let target = root().join("target");
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut command = Command::new(cargo);
     command.args(["build", "--package", "rhytid-web", "--lib", "--target", TARGET, "--profile", PROFILE]);
+    command.args(["--features", features]);
     // Flags for this machine's processor do not apply to a browser's. Every browser with WebGPU has vectors
-    // of 128 bits.
+    // of 128 bits, and so has every one with WebGL 2 since 2023.
     let mut flags = "-Ctarget-feature=+simd128".to_owned();
     if warnings == Warnings::Refuse {
         // Cargo lets the crates of others warn of nothing.
@@ -99,7 +114,7 @@ fn compile(warnings: Warnings) -> Result<PathBuf> {
             "crates/web does not compile for browsers ({status}); if Rust lacks {TARGET}, run `cargo xtask setup`"
         ));
     }
-    Ok(target.join(TARGET).join(PROFILE).join(format!("{NAME}.wasm")))
+    Ok(target.join(TARGET).join(PROFILE).join(format!("{LIBRARY}.wasm")))
 }
 
 /// The folders into which cargo unpacks packages.
@@ -117,9 +132,9 @@ fn package_folders() -> Vec<PathBuf> {
 }
 
 /// Lets wasm-bindgen convert a program to files that a page can load.
-fn finish(program: &Path, folder: &Path) -> Result {
+fn finish(name: &str, program: &Path, folder: &Path) -> Result {
     let mut bindgen = Bindgen::new();
-    let web = bindgen.input_path(program).web(true);
+    let web = bindgen.input_path(program).out_name(name).web(true);
     let finished = web.and_then(|bindgen| {
         bindgen
             .typescript(false)

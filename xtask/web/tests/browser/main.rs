@@ -57,6 +57,9 @@ fn demo() -> &'static (Rig, Take) {
 /// The condition that the page has reported its end.
 const ENDED: &str = "window.rhytid && window.rhytid.state !== 'running'";
 
+/// The change that makes a browser one without WebGPU.
+const NO_WEBGPU: &str = "Object.defineProperty(Navigator.prototype, 'gpu', { value: undefined });";
+
 /// A page, the changes to the browser before it, and the queries after it.
 fn visit(page: &str, before: &str, until: &str, evaluate: &[(&str, &str)]) -> Value {
     let evaluate: serde_json::Map<String, Value> =

@@ -62,8 +62,10 @@ fn stand() -> Vec<Value> {
     steps
 }
 
-fn opened(steps: &[Value], extra: Value) -> Value {
-    let mut visit = visit("view.html", "", OPEN, &[("state", "rhytid.state"), ("message", "rhytid.message")]);
+/// The viewer in a browser that was changed by the script `before`, after some steps.
+fn opened(before: &str, steps: &[Value], extra: Value) -> Value {
+    let mut visit =
+        visit("view.html", before, OPEN, &[("state", "rhytid.state"), ("message", "rhytid.message")]);
     visit["steps"] = Value::from([&stand()[..], steps].concat());
     visit["width"] = json!(900);
     for (name, value) in extra.as_object().into_iter().flatten() {
@@ -117,6 +119,18 @@ fn differ(a: &[u8], b: &[u8]) -> f64 {
 
 #[test]
 fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
+    drag("");
+}
+
+#[test]
+fn the_same_by_webgl_where_there_is_no_webgpu() {
+    let device = drag(NO_WEBGPU);
+    assert!(device.contains("ANGLE"), "{device} draws");
+}
+
+/// Drags a marker, and compares what the page has with what the processor computes. Gives the name of the
+/// device that draws.
+fn drag(before: &str) -> String {
     let handle = handle();
     let mouse = |kind: &str, x: f64, y: f64| {
         json!({ "method": "Input.dispatchMouseEvent",
@@ -149,7 +163,7 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
         steps.extend(key(name, code, 0));
         steps.extend([shown(), evaluate(code, PICTURE), evaluate(&format!("status {code}"), STATUS)]);
     }
-    let found = opened(&steps, json!({}));
+    let found = opened(before, &steps, json!({}));
     let (rig, take) = demo();
     let [before, after] = ["before", "after"].map(|name| handles(&found[name]));
     assert_eq!(
@@ -204,6 +218,7 @@ fn a_marker_is_dragged_with_the_mouse_and_the_face_follows() {
         assert_eq!(found[&*format!("status {look}")]["note"], Value::Null, "{look}");
         assert!(differ(&picture(&found[look]).2, &rest) > 0.05, "{look} looks as shaded");
     }
+    found["after"]["device"].as_str().unwrap().to_owned()
 }
 
 #[test]
@@ -238,7 +253,7 @@ fn a_telephone_and_its_finger_are_enough() {
         shown(),
         evaluate("after", STATUS),
     ];
-    let found = opened(&steps, json!({ "width": 390, "touch": true }));
+    let found = opened("", &steps, json!({ "width": 390, "touch": true }));
     assert!(found["width"].as_u64().unwrap() <= 390, "{}", found["width"]);
     let [before, after] = ["before", "after"].map(|name| handles(&found[name]));
     assert!(distance(before[handle], after[handle]) > 0.05, "the marker did not follow the finger");
@@ -257,6 +272,21 @@ fn a_page_whose_device_dies_says_so() {
     assert_eq!(found["state"], "broken");
     assert!(found["message"].as_str().unwrap().starts_with("The GPU was lost"), "{found}");
     assert_eq!(found["shown"], json!([found["message"], false]));
+}
+
+#[test]
+fn a_lost_context_of_webgl_is_said_too() {
+    let mut visit =
+        visit("view.html", NO_WEBGPU, OPEN, &[("state", "rhytid.state"), ("message", "rhytid.message")]);
+    visit["steps"] = json!([
+        evaluate(
+            "gone",
+            "(document.getElementById('canvas').getContext('webgl2').getExtension('WEBGL_lose_context').loseContext(), 0)"
+        ),
+        until("rhytid.state === 'broken'"),
+    ]);
+    let found = visited(visit)["found"].clone();
+    assert!(found["message"].as_str().unwrap().starts_with("The GPU was lost"), "{found}");
 }
 
 #[test]
@@ -285,7 +315,7 @@ fn files_of_ones_own_are_opened_and_broken_ones_said() {
         until(&format!("{STATUS}.error")),
         evaluate("refused", STATUS),
     ];
-    let found = opened(&steps, json!({}));
+    let found = opened("", &steps, json!({}));
     assert_eq!(found["opened"]["open"], "own.safetensors");
     assert_eq!(found["opened"]["note"], Value::Null);
     let refused = &found["refused"];
