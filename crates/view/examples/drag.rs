@@ -4,8 +4,8 @@
 //! A marker of the rig is dragged through the whole application, in an invisible window of 1920 × 1080
 //! pixels. The times run from each event to the finished picture of the face, which may be coarse. With
 //! `whole`, each picture is drawn in full, and the window waits for it. Medians are printed for the whole,
-//! evaluation, light, drawing, and the window itself. DEVICE evaluates, such as `cpu:0`. Without it, the device
-//! that draws also evaluates: the first of wgpu.
+//! evaluation, light, drawing, and the window itself. DEVICE evaluates, such as `cpu:0`. Without it, the
+//! device that draws also evaluates: the first of wgpu.
 
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuSetup, WgpuSetupCreateNew};

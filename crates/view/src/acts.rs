@@ -59,7 +59,7 @@ impl Scene {
             | Command::SaveExample
             | Command::SaveEdits => {}
             #[cfg(not(target_arch = "wasm32"))]
-            Command::Close => {}
+            Command::Close | Command::Open => {}
         }
     }
 

@@ -1,16 +1,20 @@
 //! The window's state, and its changes.
 
 use crate::commands::Command;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::dialog::Choosing;
 use crate::document::Document;
 use crate::gpu::Gpu;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::live::{Listen, Live};
-use crate::open::{self, Opened, Opening, Source};
+use crate::open::Opening;
 use crate::orbit::Orbit;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::recent::Recent;
 use crate::scene::{News, Scene, Times};
 use crate::settings::{Settings, Show};
 use crate::slow_frames::SlowFrames;
-use crate::work::Next;
+use crate::theme;
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
 use rhytid_core::{DeviceInfo, Error, Result};
@@ -44,7 +48,7 @@ pub struct ViewApp {
     /// What is likely wrong with the files that were opened last.
     pub(crate) warnings: Vec<String>,
     /// Whether the window waits for each picture, which is drawn in full.
-    whole_pictures: bool,
+    pub(crate) whole_pictures: bool,
     /// When the window was made.
     began: Instant,
     pub(crate) keys_shown: bool,
@@ -54,6 +58,11 @@ pub struct ViewApp {
     pub(crate) devices: Vec<DeviceInfo>,
     pub(crate) device: Option<DeviceInfo>,
     pub(crate) opening: Option<Opening>,
+    /// The system's dialog, while it is open.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) choosing: Option<Choosing>,
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) recent: Recent,
     /// The driver's message when the device is lost, until the user has been told.
     pub(crate) lost: Arc<Mutex<Option<String>>>,
     /// The time of the last move of the play head, on the window's clock, in seconds.
@@ -81,6 +90,7 @@ impl ViewApp {
         let state = context.wgpu_render_state.clone();
         let state = state.ok_or_else(|| Error::Internal("the window has no device to draw with".into()))?;
         context.egui_ctx.set_fonts(fonts());
+        theme::set(&context.egui_ctx);
         context.egui_ctx.add_plugin(SlowFrames::default());
         // A finger that rests on a marker before it drags it is no long press, which would open a menu.
         context.egui_ctx.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
@@ -108,6 +118,10 @@ impl ViewApp {
             devices: Vec::new(),
             device: None,
             opening: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            choosing: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            recent: Recent::default(),
             clock: None,
             context: context.egui_ctx.clone(),
             #[cfg(target_arch = "wasm32")]
@@ -158,36 +172,18 @@ impl ViewApp {
         if self.whole_pictures { ENDLESS } else { PATIENCE }
     }
 
-    /// Begins to read files: a rig, and takes for this rig or for the open one.
-    pub(crate) fn open(&mut self, sources: Vec<Source>) {
-        if sources.is_empty() {
-            return;
-        }
-        let document = self.document();
-        let rig = document.map(|document| document.rig.clone());
-        // Only a file of edits needs a copy of the take.
-        let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
-        let take = take.map(|open| open.take.clone());
-        self.warnings.clear();
-        self.opening = Some(open::begin(sources, rig, take, &self.context));
-    }
-
-    /// Opens files that are in memory: a rig, and takes for it. Their names tell which is which, as names of
-    /// files do.
-    pub fn open_bytes(&mut self, files: Vec<(String, Vec<u8>)>) {
-        self.open(files.into_iter().map(|(name, bytes)| Source::Bytes(name, bytes.into())).collect());
-    }
-
     /// The place where a page puts files that it has fetched.
     #[cfg(target_arch = "wasm32")]
     pub fn inbox(&self) -> crate::inbox::Inbox {
         self.inbox.clone()
     }
 
-    /// Begins to read files.
+    /// Keeps the names of the files that are opened in this file, and offers those that it has.
     #[cfg(not(target_arch = "wasm32"))]
-    pub fn open_paths(&mut self, paths: &[std::path::PathBuf]) {
-        self.open(paths.iter().cloned().map(Source::Path).collect());
+    #[must_use]
+    pub fn with_recent_files(mut self, file: std::path::PathBuf) -> Self {
+        self.recent = Recent::kept_in(file);
+        self
     }
 
     /// The open document.
@@ -303,24 +299,6 @@ impl ViewApp {
         }
     }
 
-    /// Opens the files that have been read.
-    pub(crate) fn take_opened(&mut self) {
-        while let Some(opening) = &self.opening {
-            self.warnings.extend(opening.work.take_warnings());
-            match opening.next() {
-                Next::Waiting => return,
-                Next::Result(Err(Error::Cancelled)) => self.opening = None,
-                Next::Result(opened) => self.attempt(|app| app.take_one(opened?)),
-                Next::Ended => self.opening = None,
-                Next::Broken => {
-                    let fault = format!("{} ended without a result", opening.words);
-                    self.opening = None;
-                    self.tell(Err(Error::Internal(fault)));
-                }
-            }
-        }
-    }
-
     /// Tells the user what the scene's work has come to.
     pub(crate) fn hear(&mut self, news: Vec<News>) {
         for news in news {
@@ -333,51 +311,6 @@ impl ViewApp {
         }
     }
 
-    /// Stops reading files.
-    pub(crate) fn stop_opening(&mut self) {
-        self.opening = None;
-    }
-
-    fn take_one(&mut self, opened: Opened) -> Result<()> {
-        match opened {
-            Opened::Rig(rig, name) => {
-                if self.settings.show == Show::Numbers {
-                    self.settings.show = Show::default();
-                }
-                let before = self.scene.take();
-                let window = (&self.state, &self.context);
-                let mut scene = Scene::new(rig, &name, &self.gpu, window, self.device.clone(), before);
-                scene.pace.always_whole = self.whole_pictures;
-                self.scene = Some(scene);
-                self.note = None;
-                #[cfg(not(target_arch = "wasm32"))]
-                self.listen_again();
-            }
-            Opened::Take(take) => {
-                if let Some(scene) = &mut self.scene {
-                    scene.document.set_take(take)?;
-                    scene.document.transport.playing = true;
-                    self.note = None;
-                }
-            }
-            Opened::Numbers(numbers) => {
-                if let (Some(scene), Some((_, first))) = (&mut self.scene, numbers.first()) {
-                    self.settings.show_numbers(0, first);
-                    scene.document.set_numbers(numbers);
-                    self.note = None;
-                }
-            }
-            #[cfg(not(target_arch = "wasm32"))]
-            Opened::Edits(edits) => {
-                if let Some(scene) = &mut self.scene {
-                    scene.document.set_edits(edits);
-                    self.note = None;
-                }
-            }
-        }
-        Ok(())
-    }
-
     pub(crate) fn is_panel_shown(&self, width: f32) -> bool {
         self.panel_shown.unwrap_or(width >= NARROW)
     }
@@ -387,6 +320,8 @@ impl ViewApp {
         match command {
             #[cfg(not(target_arch = "wasm32"))]
             Command::Close => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
+            #[cfg(not(target_arch = "wasm32"))]
+            Command::Open => self.choose(),
             Command::Keys => self.keys_shown = !self.keys_shown,
             Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),
             Command::Mirror => self.settings.mirrored = !self.settings.mirrored,

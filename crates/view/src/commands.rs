@@ -37,6 +37,8 @@ pub(crate) enum Command {
     SaveEdits,
     #[cfg(not(target_arch = "wasm32"))]
     Close,
+    #[cfg(not(target_arch = "wasm32"))]
+    Open,
     /// The look with this number, counted from 0.
     Look(u8),
 }
@@ -101,6 +103,8 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::SaveEdits, COMMAND, Key::E, "save the drags of markers, as an edit"),
     on(Command::SaveFrame, COMMAND, Key::S, "save the frame as a take"),
     on(Command::Screenshot, NONE, Key::S, "save the picture"),
+    #[cfg(not(target_arch = "wasm32"))]
+    on(Command::Open, COMMAND, Key::O, "open files"),
     on(Command::Panels, NONE, Key::T, "show or hide the panel"),
     on(Command::Keys, NONE, Key::H, "show or hide this list"),
     // In a browser, the tab belongs to the browser.

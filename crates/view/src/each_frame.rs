@@ -2,7 +2,7 @@
 
 use crate::app::{Note, ViewApp};
 use crate::open::Source;
-use crate::{busy, commands, keys, panel, timeline, viewport};
+use crate::{busy, commands, keys, panel, theme, timeline, viewport};
 use eframe::egui;
 use std::sync::PoisonError;
 
@@ -27,6 +27,8 @@ impl eframe::App for ViewApp {
         self.take_opened();
         #[cfg(not(target_arch = "wasm32"))]
         self.take_live();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.take_chosen();
         self.play(&context);
         self.take_dropped(ui);
         for command in commands::pressed(ui) {
@@ -46,6 +48,7 @@ impl eframe::App for ViewApp {
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
         busy::show(self, &context);
+        hovering(&context);
         keys::show(self, &context);
     }
 }
@@ -126,4 +129,31 @@ impl ViewApp {
             ui.label(if note.is_error { words.color(error) } else { words });
         });
     }
+}
+
+/// Where a file hovers over the window: what dropping it does.
+fn hovering(context: &egui::Context) {
+    let files = context.input(|input| input.raw.hovered_files.clone());
+    if files.is_empty() {
+        return;
+    }
+    let name = |file: &egui::HoveredFile| {
+        let path = file.path.as_ref()?;
+        Some(path.file_name()?.to_string_lossy().into_owned())
+    };
+    let names: Vec<String> = files.iter().filter_map(name).collect();
+    let words = match &names[..] {
+        [] => "Drop to open".to_owned(),
+        names => format!("Drop to open {}", names.join(", ")),
+    };
+    let painter =
+        context.layer_painter(egui::LayerId::new(egui::Order::Foreground, egui::Id::unique("drop")));
+    let (room, visuals) = (context.content_rect(), context.global_style().visuals.clone());
+    painter.rect_filled(room, 0.0, theme::over_picture(&visuals));
+    let stroke = egui::Stroke::new(4.0, theme::MARKED);
+    painter.rect_stroke(room.shrink(6.0), 8.0, stroke, egui::StrokeKind::Inside);
+    let font = egui::TextStyle::Heading.resolve(&context.global_style());
+    let colour = visuals.strong_text_color();
+    let galley = painter.layout(words, font, colour, room.width() - 48.0);
+    painter.galley(room.center() - 0.5 * galley.size(), galley, colour);
 }

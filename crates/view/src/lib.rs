@@ -29,9 +29,12 @@ mod app;
 mod busy;
 mod canvas;
 mod commands;
+#[cfg(not(target_arch = "wasm32"))]
+mod dialog;
 mod document;
 mod each_frame;
 mod edits;
+mod files;
 mod frame_source;
 mod gpu;
 mod history;
@@ -47,6 +50,8 @@ mod pace;
 mod painter;
 mod panel;
 mod pick;
+#[cfg(not(target_arch = "wasm32"))]
+mod recent;
 mod same;
 #[cfg(not(target_arch = "wasm32"))]
 mod save;
@@ -56,9 +61,11 @@ mod settings;
 mod slow_frames;
 mod soft_selection;
 mod studio;
+mod theme;
 mod timeline;
 mod transport;
 mod viewport;
+mod welcome;
 #[cfg(not(target_arch = "wasm32"))]
 mod window;
 mod work;

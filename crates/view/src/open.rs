@@ -59,9 +59,27 @@ impl Source {
         self.name().to_lowercase().ends_with(".safetensors")
     }
 
-    /// Whether the name is that of edits.
+    /// Whether it is a file of edits: TOML that is no project.
     pub(crate) fn is_edits(&self) -> bool {
-        self.name().to_lowercase().ends_with(".toml")
+        self.name().to_lowercase().ends_with(".toml") && !self.is_project()
+    }
+
+    /// Whether it is a project file, which names a neutral mesh. Pages cannot read the files that it names.
+    fn is_project(&self) -> bool {
+        #[cfg(not(target_arch = "wasm32"))]
+        if let Self::Path(path) = self
+            && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
+        {
+            let text = rhytid_core::input_file::read(path, rhytid_core::input_file::LARGEST_TEXT);
+            let text = text.unwrap_or_default();
+            let names_neutral = |line: &str| {
+                line.trim_start()
+                    .strip_prefix("neutral")
+                    .is_some_and(|rest| rest.trim_start().starts_with('='))
+            };
+            return String::from_utf8_lossy(&text).lines().any(names_neutral);
+        }
+        false
     }
 
     /// Reads the file. A take is read for `rig`, edits for `take`.
@@ -79,6 +97,10 @@ impl Source {
                     Err(Error::empty(format!("{name}: open a rig and a take first, then the edits for them")))
                 }
             };
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        if let (Self::Path(path), true) = (self, self.is_project()) {
+            return solved(path, name, progress);
         }
         if self.is_rig() {
             progress.report("read the rig", 0, 1);
@@ -125,6 +147,18 @@ impl Source {
         }
         Error::unsupported_format(format!("{}: is not a rig (.safetensors); {then}", self.name()))
     }
+}
+
+/// The rig of a project, solved for this window.
+#[cfg(not(target_arch = "wasm32"))]
+fn solved(path: &std::path::Path, name: String, progress: &dyn Progress) -> Result<Opened> {
+    progress.report("read the project", 0, 1);
+    let face = rhytid_formats::project::read(path, rhytid_formats::Reach::Below)?;
+    let rig: Rig = rhytid_solve::solve(&face, progress)?.rounded()?;
+    let kept =
+        "was solved for this window alone, and nothing was written; solve it into a file to keep the rig";
+    progress.warn(&Warning::from(kept.to_owned()).in_file(&name));
+    Ok(Opened::Rig(Arc::new(rig), name))
 }
 
 /// A file of edits, and the edited take.
@@ -200,8 +234,8 @@ fn doubts(take: &Take, rig: &Rig) -> Vec<Warning> {
 /// Files that are being read. Each is handed over as soon as it has been read.
 pub(crate) type Opening = Task<Result<Opened>>;
 
-/// Begins to read a rig, takes and edits. Takes and edits belong to the rig and the take among these files, or
-/// else to the open `rig` and `take`.
+/// Begins to read a rig, takes and edits. Takes and edits belong to the rig and the take among these files,
+/// or else to the open `rig` and `take`.
 pub(crate) fn begin(
     sources: Vec<Source>,
     rig: Option<Arc<Rig>>,
@@ -223,7 +257,7 @@ fn read(
     progress: &dyn Progress,
     give: &dyn Fn(Result<Opened>),
 ) -> Result<()> {
-    sources.sort_by_key(|source| (!source.is_rig(), source.is_edits()));
+    sources.sort_by_key(|source| (!(source.is_rig() || source.is_project()), source.is_edits()));
     let needs_take = sources.iter().any(Source::is_edits);
     for source in sources {
         let found = source.read(rig.as_deref(), take.as_ref(), progress)?;

@@ -15,6 +15,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     let mut wanted = Vec::new();
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
+        #[cfg(not(target_arch = "wasm32"))]
+        opening(app, ui);
         for (words, command) in
             [("Whole face", Command::All), ("Front", Command::Front), ("Side", Command::Side)]
         {
@@ -54,6 +56,31 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         section(ui, "Vertex", true, |ui| vertex(scene, ui));
     }
     wanted.into_iter().for_each(|command| app.run(command, ui));
+}
+
+/// The button that opens files, and the files that were opened lately.
+#[cfg(not(target_arch = "wasm32"))]
+fn opening(app: &mut ViewApp, ui: &mut egui::Ui) {
+    if ui.button("Open").clicked() {
+        app.choose();
+    }
+    let recent = app.recent.there();
+    ui.add_enabled_ui(!recent.is_empty(), |ui| {
+        let mut chosen = None;
+        ui.menu_button("Recent", |ui| {
+            for file in recent {
+                let name = file.file_name().map(|name| name.to_string_lossy().into_owned());
+                let button = ui.button(name.unwrap_or_default()).on_hover_text(file.display().to_string());
+                if button.clicked() {
+                    chosen = Some(file);
+                    ui.close();
+                }
+            }
+        });
+        if let Some(file) = chosen {
+            app.open_paths(&[file]);
+        }
+    });
 }
 
 fn section(ui: &mut egui::Ui, words: &str, is_open: bool, show: impl FnOnce(&mut egui::Ui)) {

@@ -13,6 +13,10 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             wanted.push(Command::Panels);
         }
         let Some(document) = app.scene.as_mut().map(|scene| &mut scene.document) else {
+            #[cfg(not(target_arch = "wasm32"))]
+            if ui.button("Open a rig").clicked() {
+                wanted.push(Command::Open);
+            }
             ui.weak("no take");
             return;
         };

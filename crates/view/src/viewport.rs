@@ -4,6 +4,7 @@ use crate::app::ViewApp;
 use crate::painter::Then;
 use crate::scene::{Scene, View};
 use crate::settings::{Before, Settings, Show};
+use crate::{theme, welcome};
 use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2, vec2};
 use rhytid_render::Heat;
 
@@ -61,10 +62,7 @@ fn empty(app: &ViewApp, ui: &egui::Ui, rect: Rect) {
     if app.is_opening() {
         return;
     }
-    let words = "Drop a rig (.safetensors) here, and a take.\nH lists the keys.";
-    let (font, colour) = (egui::TextStyle::Heading.resolve(ui.style()), ui.visuals().weak_text_color());
-    let galley = ui.painter().layout(words.to_owned(), font, colour, rect.width() - 24.0);
-    ui.painter().galley(rect.center() - 0.5 * galley.size(), galley, colour);
+    welcome::show(ui, rect);
 }
 
 fn pointer(scene: &mut Scene, settings: &mut Settings, ui: &egui::Ui, response: &egui::Response, view: View) {
@@ -227,6 +225,6 @@ fn write(ui: &egui::Ui, at: Pos2, align: egui::Align2, words: &str) {
     let (font, colour) = (egui::TextStyle::Small.resolve(ui.style()), ui.visuals().strong_text_color());
     let galley = ui.painter().layout_no_wrap(words.to_owned(), font, colour);
     let place = align.anchor_size(at, galley.size());
-    ui.painter().rect_filled(place.expand(2.0), 2.0, ui.visuals().extreme_bg_color.gamma_multiply(0.7));
+    ui.painter().rect_filled(place.expand(2.0), 2.0, theme::over_picture(ui.visuals()));
     ui.painter().galley(place.min, galley, colour);
 }

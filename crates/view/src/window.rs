@@ -2,6 +2,7 @@
 
 use crate::app::ViewApp;
 use crate::live::Listen;
+use crate::recent::Recent;
 use eframe::egui;
 use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
 use rhytid_backend_wgpu::Wgpu;
@@ -63,6 +64,9 @@ pub fn run(options: WindowOptions) -> Result<()> {
     };
     let create: eframe::AppCreator<'_> = Box::new(move |context| {
         let mut app = ViewApp::new(context)?.with_devices(options.devices).with_device(options.device);
+        if let Some(file) = Recent::of_user() {
+            app = app.with_recent_files(file);
+        }
         app.open_paths(&options.files);
         if let Some(listen) = options.listen {
             app.listen_for(listen);

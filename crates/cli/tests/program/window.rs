@@ -71,6 +71,7 @@ impl Display {
         // Chromium's SwiftShader has no windows, and ends a program that asks it for them.
         view.env_remove("VK_ADD_DRIVER_FILES");
         view.env("XDG_CACHE_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/cache"));
+        view.env("XDG_CONFIG_HOME", concat!(env!("CARGO_TARGET_TMPDIR"), "/config"));
         view.env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
         let child = view.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         // Without a window manager nothing else gives the window the keys.
@@ -78,11 +79,11 @@ impl Display {
         child
     }
 
-    /// Waits for a picture that stays the same and satisfies `is_so`.
+    /// Waits for a picture that stays the same and satisfies `is_so`. A coarse picture stays less than a second.
     fn still(&self, what: &str, is_so: impl Fn(&Screen) -> bool) -> Screen {
         wait(what, || {
             let screen = self.screen();
-            sleep(Duration::from_millis(300));
+            sleep(Duration::from_secs(1));
             is_so(&screen) && screen.pixels == self.screen().pixels
         });
         self.screen()

@@ -25,6 +25,69 @@ fn nothing_is_open_at_first_and_keys_do_no_harm() {
 }
 
 #[test]
+fn the_empty_window_shows_what_to_do_and_opens_files() {
+    let folder = Folder::new();
+    let kept = folder.path("recent.txt");
+    let recent = kept.clone();
+    let mut view = window_of([900.0, 700.0], true, |app| app.with_recent_files(recent));
+    view.run();
+    view.get_by_label("Open a rig");
+    // Where no dialog can be had, that is one sentence. Where one opens, nobody answers it here.
+    open(&mut view, &[folder.path("FACE.safetensors"), folder.path("take.csv")]);
+    let names = std::fs::read_to_string(&kept).unwrap();
+    let newest_first = ["take.csv", "FACE.safetensors"].map(|name| folder.path(name).display().to_string());
+    assert_eq!(names.lines().collect::<Vec<_>>(), newest_first);
+    // The next window offers them.
+    let mut view = window_of([900.0, 700.0], true, |app| app.with_whole_pictures().with_recent_files(kept));
+    view.run();
+    view.get_by_label("Recent").click();
+    view.run();
+    view.get_by_label("FACE.safetensors").click();
+    view.run();
+    while view.state().is_opening() {
+        view.step();
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    view.run();
+    assert_eq!(document(&view).rig.vertices(), demo().1.vertices());
+}
+
+#[test]
+fn a_file_that_hovers_is_named() {
+    let mut view = window([900.0, 700.0], true);
+    view.run();
+    let before = view.render().unwrap();
+    let file = egui::HoveredFile { path: Some("somewhere/face.safetensors".into()), ..Default::default() };
+    view.input_mut().hovered_files = vec![file];
+    view.step();
+    let hovering = view.render().unwrap();
+    let edge = |picture: &image::RgbaImage| picture.get_pixel(450, 6).0;
+    let [r, g, b, _] = edge(&hovering);
+    assert!(r > 200 && g < 160 && b < 80, "an orange rim: {:?}, before {:?}", edge(&hovering), edge(&before));
+    view.input_mut().hovered_files.clear();
+    view.run();
+    assert_eq!(edge(&view.render().unwrap()), edge(&before));
+}
+
+#[test]
+fn a_project_is_solved_for_the_window() {
+    let folder = Folder::new();
+    let face = &demo().0;
+    mesh::write_obj(&folder.path("neutral.obj"), &face.neutral).unwrap();
+    rhytid_formats::tables::write_handles(&folder.path("markers.csv"), &face.handles, None).unwrap();
+    let text = "[mesh]\nneutral = \"neutral.obj\"\nunits = \"cm\"\nup = \"y\"\n[handles]\nvertices = \"markers.csv\"\n";
+    std::fs::write(folder.path("face.toml"), text).unwrap();
+    let mut view = window([900.0, 700.0], true);
+    open(&mut view, &[folder.path("take.csv"), folder.path("face.toml")]);
+    assert_eq!(view.state().note(), None);
+    assert_eq!(document(&view).rig.vertices(), demo().1.vertices());
+    assert_eq!(document(&view).rig.handles().labels, demo().1.handles().labels);
+    assert!(document(&view).take().is_some(), "the take is for the solved rig");
+    let words = view.state().warnings().join(" ");
+    assert!(words.contains("face.toml: was solved for this window alone"), "{words}");
+}
+
+#[test]
 fn broken_files_are_a_sentence_and_what_was_open_stays() {
     let folder = Folder::new();
     let mut view = stand(window([900.0, 700.0], true), &folder);

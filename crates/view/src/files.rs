@@ -1,0 +1,140 @@
+//! The files that the user opens.
+
+use crate::app::ViewApp;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::dialog;
+use crate::document::Document;
+use crate::open::{self, Opened, Source};
+use crate::scene::Scene;
+use crate::settings::Show;
+use crate::work::Next;
+use rhytid_core::{Error, Result};
+
+impl ViewApp {
+    /// Begins to read files: a rig, and takes for this rig or for the open one.
+    pub(crate) fn open(&mut self, sources: Vec<Source>) {
+        if sources.is_empty() {
+            return;
+        }
+        let document = self.document();
+        let rig = document.map(|document| document.rig.clone());
+        // Only a file of edits needs a copy of the take.
+        let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
+        let take = take.map(|open| open.take.clone());
+        self.warnings.clear();
+        self.opening = Some(open::begin(sources, rig, take, &self.context));
+    }
+
+    /// Opens files that are in memory: a rig, and takes for it. Their names tell which is which, as names of
+    /// files do.
+    pub fn open_bytes(&mut self, files: Vec<(String, Vec<u8>)>) {
+        self.open(files.into_iter().map(|(name, bytes)| Source::Bytes(name, bytes.into())).collect());
+    }
+
+    /// Shows the system's dialog for opening files.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn choose(&mut self) {
+        if self.choosing.is_none() {
+            self.choosing = Some(dialog::begin(&self.context));
+        }
+    }
+
+    /// Opens the files that were chosen in the dialog.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn take_chosen(&mut self) {
+        let Some(choosing) = &self.choosing else { return };
+        let chosen = match choosing.next() {
+            Next::Waiting => return,
+            Next::Result(chosen) => chosen,
+            Next::Ended | Next::Broken => Ok(Vec::new()),
+        };
+        self.choosing = None;
+        match chosen {
+            Ok(files) => self.open_paths(&files),
+            Err(error) => self.tell(Err(error)),
+        }
+    }
+
+    /// Takes note of a file that was opened.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn remember(&mut self, name: &str) {
+        // A list that cannot be written is no reason to bother anybody.
+        if let Err(error) = self.recent.add(std::path::Path::new(name)) {
+            log::warn!("the list of recent files: {error}");
+        }
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn remember(&mut self, _: &str) {}
+
+    /// Begins to read files.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn open_paths(&mut self, paths: &[std::path::PathBuf]) {
+        self.open(paths.iter().cloned().map(Source::Path).collect());
+    }
+
+    /// Opens the files that have been read.
+    pub(crate) fn take_opened(&mut self) {
+        while let Some(opening) = &self.opening {
+            self.warnings.extend(opening.work.take_warnings());
+            match opening.next() {
+                Next::Waiting => return,
+                Next::Result(Err(Error::Cancelled)) => self.opening = None,
+                Next::Result(opened) => self.attempt(|app| app.take_one(opened?)),
+                Next::Ended => self.opening = None,
+                Next::Broken => {
+                    let fault = format!("{} ended without a result", opening.words);
+                    self.opening = None;
+                    self.tell(Err(Error::Internal(fault)));
+                }
+            }
+        }
+    }
+
+    /// Stops reading files.
+    pub(crate) fn stop_opening(&mut self) {
+        self.opening = None;
+    }
+
+    fn take_one(&mut self, opened: Opened) -> Result<()> {
+        match opened {
+            Opened::Rig(rig, name) => {
+                if self.settings.show == Show::Numbers {
+                    self.settings.show = Show::default();
+                }
+                let before = self.scene.take();
+                let window = (&self.state, &self.context);
+                let mut scene = Scene::new(rig, &name, &self.gpu, window, self.device.clone(), before);
+                scene.pace.always_whole = self.whole_pictures;
+                self.scene = Some(scene);
+                self.remember(&name);
+                self.note = None;
+                #[cfg(not(target_arch = "wasm32"))]
+                self.listen_again();
+            }
+            Opened::Take(take) => {
+                self.remember(&take.name);
+                if let Some(scene) = &mut self.scene {
+                    scene.document.set_take(take)?;
+                    scene.document.transport.playing = true;
+                    self.note = None;
+                }
+            }
+            Opened::Numbers(numbers) => {
+                if let (Some(scene), Some((_, first))) = (&mut self.scene, numbers.first()) {
+                    self.settings.show_numbers(0, first);
+                    scene.document.set_numbers(numbers);
+                    self.note = None;
+                }
+            }
+            #[cfg(not(target_arch = "wasm32"))]
+            Opened::Edits(edits) => {
+                if let Some(scene) = &mut self.scene {
+                    scene.document.set_edits(edits);
+                    self.note = None;
+                }
+            }
+        }
+        Ok(())
+    }
+}
