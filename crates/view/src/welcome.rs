@@ -23,7 +23,7 @@ pub(crate) fn show(ui: &Ui, room: Rect) {
     let across = if room.width() >= 3.0 * 120.0 + 4.0 * GAP { 3 } else { 1 };
     let down = 3 / across;
     let wide = (room.width() - (across + 1) as f32 * GAP) / across as f32;
-    let high = (room.height() - 90.0) / down as f32 - GAP - WORDS;
+    let high = (room.height() - 24.0) / down as f32 - GAP - WORDS;
     let width = wide.min(high * ASPECT).min(WIDEST);
     if width < 30.0 {
         words(ui, Rect::from_center_size(room.center(), vec2(room.width() - 24.0, WORDS)), STEPS[0]);

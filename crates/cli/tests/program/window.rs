@@ -79,7 +79,8 @@ impl Display {
         child
     }
 
-    /// Waits for a picture that stays the same and satisfies `is_so`. A coarse picture stays less than a second.
+    /// Waits for a picture that stays the same and satisfies `is_so`. A coarse picture stays for less than a
+    /// second.
     fn still(&self, what: &str, is_so: impl Fn(&Screen) -> bool) -> Screen {
         wait(what, || {
             let screen = self.screen();
