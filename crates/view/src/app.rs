@@ -323,6 +323,7 @@ impl ViewApp {
             #[cfg(not(target_arch = "wasm32"))]
             Command::Open => self.choose(),
             Command::Keys => self.keys_shown = !self.keys_shown,
+            Command::Deselect if self.keys_shown => self.keys_shown = false,
             Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),
             Command::Mirror => self.settings.mirrored = !self.settings.mirrored,
             Command::Look(i) => {

@@ -69,7 +69,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Last, NONE, Key::End, "last frame"),
     on(Command::NextMarker, NONE, Key::N, "select the next marker"),
     on(Command::PreviousMarker, NONE, Key::B, "select the previous marker"),
-    on(Command::Deselect, NONE, Key::Escape, "deselect all markers, or cancel a drag"),
+    on(Command::Deselect, NONE, Key::Escape, "close this list, deselect all markers, or cancel a drag"),
     on(Command::Nudge(-1, 0), ALT, Key::ArrowLeft, "move the selected markers by a millimetre"),
     on(Command::Nudge(1, 0), ALT, Key::ArrowRight, ""),
     on(Command::Nudge(0, 1), ALT, Key::ArrowUp, ""),

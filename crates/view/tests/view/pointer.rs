@@ -280,6 +280,16 @@ fn everything_is_done_by_keys_too() {
     view.key_press(egui::Key::H);
     view.run();
     assert!(view.query_by_label("drag a marker").is_none());
+    // Escape closes the sheet first, and the selection stays.
+    view.key_press(egui::Key::H);
+    view.run();
+    view.key_press(egui::Key::Escape);
+    view.run();
+    assert!(view.query_by_label("drag a marker").is_none());
+    assert_eq!(view.state().selected(), [last]);
+    view.key_press(egui::Key::Escape);
+    view.run();
+    assert!(view.state().selected().is_empty());
     let shown = view.query_by_label("Mirrored").is_some();
     view.key_press(egui::Key::T);
     view.run();
