@@ -49,8 +49,9 @@ pub(super) fn run(args: &args::Coverage, ui: &Ui) -> Result<()> {
         let poses = poses(&rig, &take, &found, ui)?;
         let title = output::title(&args.rig, &rig.surface().name);
         let page = Page { folder: dir, title: &title };
+        let file_name = args.take.file_name().unwrap_or_default().to_string_lossy();
         with_pictures("the plan's pictures are", |painter| {
-            rhytid::report::write_plan(page, &take_name, &found, &regions, &poses, &rig, painter)
+            rhytid::report::write_plan(page, &file_name, &found, &regions, &poses, &rig, painter)
         })?;
     }
     let lines = match (&args.take_examples, &args.output) {

@@ -159,7 +159,8 @@ impl<'a> Pictures<'a> {
         if self.words.is_some() { 1 + u32::from(has_numbers) } else { 0 }
     }
 
-    /// What each cell shows, for the columns of a sheet. None for a single cell, and where words below say it.
+    /// What each cell shows, for the columns of a sheet. None for a single cell, and where words below say
+    /// it.
     pub(super) fn titles(&self) -> Vec<String> {
         if self.words.is_some() || self.cells.len() < 2 {
             return Vec::new();
