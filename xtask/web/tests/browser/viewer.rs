@@ -128,9 +128,9 @@ fn the_same_by_webgl_where_there_is_no_webgpu() {
     assert!(device.contains("ANGLE"), "{device} draws");
 }
 
-/// Drags a marker, and compares what the page has with what the processor computes. Gives the name of the
-/// device that draws.
-fn drag(before: &str) -> String {
+/// Drags a marker in a browser that was changed by a `script`, and compares what the page has with what the
+/// processor computes. Gives the name of the device that draws.
+fn drag(script: &str) -> String {
     let handle = handle();
     let mouse = |kind: &str, x: f64, y: f64| {
         json!({ "method": "Input.dispatchMouseEvent",
@@ -163,7 +163,7 @@ fn drag(before: &str) -> String {
         steps.extend(key(name, code, 0));
         steps.extend([shown(), evaluate(code, PICTURE), evaluate(&format!("status {code}"), STATUS)]);
     }
-    let found = opened(before, &steps, json!({}));
+    let found = opened(script, &steps, json!({}));
     let (rig, take) = demo();
     let [before, after] = ["before", "after"].map(|name| handles(&found[name]));
     assert_eq!(
@@ -215,7 +215,13 @@ fn drag(before: &str) -> String {
     let (_, _, rest) = picture(&found["rest"]);
     assert!(differ(&pixels, &rest) > 1e-3, "the picture of the face that follows is another");
     for look in ["F2", "F8"] {
-        assert_eq!(found[&*format!("status {look}")]["note"], Value::Null, "{look}");
+        let note = &found[&*format!("status {look}")]["note"];
+        // Light spreads in skin by kernels.
+        if look == "F2" && script == NO_WEBGPU {
+            assert!(note.as_str().unwrap().contains("draw without skin"), "{note}");
+            continue;
+        }
+        assert_eq!(*note, Value::Null, "{look}");
         assert!(differ(&picture(&found[look]).2, &rest) > 0.05, "{look} looks as shaded");
     }
     found["after"]["device"].as_str().unwrap().to_owned()

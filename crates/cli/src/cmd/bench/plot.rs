@@ -39,8 +39,8 @@ const REST: RGBColor = RGBColor(170, 170, 170);
 type Root<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
-/// A bar for each device, made of its stages, and a bar for each storage, made of the parts of its bytes. Below
-/// them, if measured, the growth of a frame's time.
+/// A bar for each device, made of its stages, and a bar for each storage, made of the parts of its bytes.
+/// Below them, if measured, the growth of a frame's time.
 ///
 /// # Errors
 /// [`Error::Internal`] if `plotters` fails.
