@@ -126,7 +126,7 @@ fn what_cannot_be_drawn_is_refused() {
     let mut by_chapter = rhytid_demo::face(1_000);
     by_chapter.settings.method = rhytid_core::Method::Chapter;
     let by_chapter = solve(&by_chapter, &NoProgress).unwrap().rounded().unwrap();
-    let finer = solve(&rhytid_demo::face(1_200), &NoProgress).unwrap().rounded().unwrap();
+    let finer = solve(&rhytid_demo::face(3_000), &NoProgress).unwrap().rounded().unwrap();
     each_small_device(|_, device, queue| {
         let page = Offscreen::new(device, queue, [20, 20]).unwrap();
         let (mut renderer, camera) = prepared(device, queue, &rig, &page);

@@ -214,15 +214,15 @@ fn drag(script: &str) -> String {
     assert!(off < 0.05, "{off}");
     let (_, _, rest) = picture(&found["rest"]);
     assert!(differ(&pixels, &rest) > 1e-3, "the picture of the face that follows is another");
+    // Light spreads in skin by kernels. The sentence that says so stays until it is closed.
+    let has_skin = script != NO_WEBGPU;
     for look in ["F2", "F8"] {
-        let note = &found[&*format!("status {look}")]["note"];
-        // Light spreads in skin by kernels.
-        if look == "F2" && script == NO_WEBGPU {
-            assert!(note.as_str().unwrap().contains("draw without skin"), "{note}");
-            continue;
+        match &found[&*format!("status {look}")]["note"] {
+            Value::String(said) => assert!(!has_skin && said.contains("draw without skin"), "{said}"),
+            note => assert!(has_skin && note.is_null(), "{look}: {note}"),
         }
-        assert_eq!(*note, Value::Null, "{look}");
-        assert!(differ(&picture(&found[look]).2, &rest) > 0.05, "{look} looks as shaded");
+        let off = differ(&picture(&found[look]).2, &rest);
+        assert!(off > 0.05 || (look == "F2" && !has_skin), "{look} looks as shaded");
     }
     found["after"]["device"].as_str().unwrap().to_owned()
 }
