@@ -97,6 +97,31 @@ impl Offscreen {
         &self.color
     }
 
+    /// Has the picture's bytes copied into a texture of the same size. The texture has the same format, with
+    /// or without the suffix of sRGB, and the usage `COPY_DST`.
+    pub fn copy_to(&self, encoder: &mut wgpu::CommandEncoder, texture: &wgpu::Texture) {
+        let extent = self.color.size();
+        let is_webgl =
+            cfg!(target_arch = "wasm32") && self.device.adapter_info().backend == wgpu::Backend::Gl;
+        if !is_webgl {
+            encoder.copy_texture_to_texture(self.color.as_image_copy(), texture.as_image_copy(), extent);
+            return;
+        }
+        // WebGL copies no texture of sRGB to one of another kind. So the bytes go through a buffer.
+        let [width, height] = self.size;
+        let between = self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("copied picture"),
+            size: u64::from(row_bytes(width)) * u64::from(height),
+            usage: wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        let bytes_per_row = Some(row_bytes(width));
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        let rows = wgpu::TexelCopyBufferInfo { buffer: &between, layout };
+        encoder.copy_texture_to_buffer(self.color.as_image_copy(), rows, extent);
+        encoder.copy_buffer_to_texture(rows, texture.as_image_copy(), extent);
+    }
+
     /// Runs `draw` over a `background`, for callers that use the [texture](Offscreen::texture) on the device.
     /// It reads nothing back, and does not wait.
     ///

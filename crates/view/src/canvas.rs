@@ -147,11 +147,7 @@ impl Canvas {
         })?;
         let texture = self.sides[side].turn(device, page.size());
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_texture_to_texture(
-            page.texture().as_image_copy(),
-            texture.as_image_copy(),
-            texture.size(),
-        );
+        page.copy_to(&mut encoder, &texture);
         let submitted = queue.submit([encoder.finish()]);
         wait(device, submitted);
         took.drawing = begin.elapsed();

@@ -20,6 +20,7 @@ fn key(key: &str, code: &str, modifiers: u8) -> [Value; 2] {
     let number = match code {
         "Space" => 32,
         "Home" => 36,
+        "F1" => 112,
         "F2" => 113,
         "F8" => 119,
         _ => u32::from(key.to_ascii_uppercase().bytes().next().unwrap_or_default()),
@@ -103,11 +104,23 @@ fn handles(status: &Value) -> Vec<[f32; 3]> {
 }
 
 fn picture(found: &Value) -> (u32, u32, Vec<u8>) {
-    let bytes = base64::prelude::BASE64_STANDARD.decode(found.as_str().unwrap()).unwrap();
-    let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
+    decoded(&base64::prelude::BASE64_STANDARD.decode(found.as_str().unwrap()).unwrap())
+}
+
+/// Width, height and bytes of a PNG.
+fn decoded(png: &[u8]) -> (u32, u32, Vec<u8>) {
+    let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut pixels).unwrap();
     (info.width, info.height, pixels)
+}
+
+/// Whether a tenth of a picture of the page has the colour of skin: red over green over blue.
+fn shows_face(png: &[u8]) -> bool {
+    let (width, height, bytes) = decoded(png);
+    let pixels = bytes.chunks_exact(bytes.len() / (width * height) as usize);
+    let is_skin = |pixel: &&[u8]| pixel[0] > pixel[1].saturating_add(10) && pixel[1] > pixel[2];
+    pixels.filter(is_skin).count() * 10 > (width * height) as usize
 }
 
 /// The share of the pixels that differ by more than a little.
@@ -163,7 +176,12 @@ fn drag(script: &str) -> String {
         steps.extend(key(name, code, 0));
         steps.extend([shown(), evaluate(code, PICTURE), evaluate(&format!("status {code}"), STATUS)]);
     }
-    let found = opened(script, &steps, json!({}));
+    steps.extend(key("F1", "F1", 0));
+    steps.push(shown());
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.png");
+    let found = opened(script, &steps, json!({ "picture": page }));
+    assert!(shows_face(&std::fs::read(&page).unwrap()), "the page does not show the face");
     let (rig, take) = demo();
     let [before, after] = ["before", "after"].map(|name| handles(&found[name]));
     assert_eq!(
