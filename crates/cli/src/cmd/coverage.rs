@@ -160,7 +160,7 @@ fn sigma_text(sigma: &TakeSigma, take: &str, frames: usize) -> String {
     );
     for far in sigma.far.iter().take(NAMED) {
         text += &format!(
-            "\nfar from the examples: {} from frame {} on, most at {} {}: {:.1} times as {}",
+            "\nfar from the examples: {} from frame {} on, most at {} in the region {}: {:.1} times as {}",
             human::counted(far.frames, "frame"),
             far.first,
             seconds(far.time),
