@@ -2,7 +2,7 @@
 use crate::real_data::bare;
 use rhytid_core::{Face, NoProgress, Rig, UpAxis};
 use rhytid_formats::tables;
-use rhytid_solve::{FacePlaces, solve};
+use rhytid_solve::{FacePart, FacePlaces, face_parts, solve};
 use rhytid_test_support::shared;
 
 fn rig(face: &Face) -> Rig<f64> {
@@ -50,6 +50,27 @@ fn landmarks_are_at_the_places_that_they_are_named_after() {
         }
         assert!(checked >= 27, "{folder}: {checked}");
     }
+}
+
+/// ICT-FaceKit documents the vertices of each part of its head.
+#[test]
+fn skin_is_told_from_mouth_sockets_teeth_and_eyes() {
+    let Some(shared) = shared("") else { return };
+    let handles = tables::read_handles(&shared.join("data/markers.csv")).unwrap();
+    let parts = face_parts(&rig(&bare(&shared.join("data/head"), handles, 0.01)));
+    let check = |what: &str, range: std::ops::Range<usize>, least: f64, of: &[FacePart]| {
+        let count = range.len() as f64;
+        let share = parts[range].iter().filter(|part| of.contains(part)).count() as f64 / count;
+        println!("{what}: {share:.3}");
+        assert!(share > least, "{what}: {share}");
+    };
+    // The face has the inner sides of lips and lids, and nostrils.
+    check("face", 0..9_409, 0.8, &[FacePart::Skin]);
+    check("eyeballs", 21_451..24_591, 0.9, &[FacePart::Eyes]);
+    check("teeth", 17_039..21_451, 0.9, &[FacePart::Teeth]);
+    check("socket of the mouth", 11_248..13_294, 0.9, &[FacePart::Mouth, FacePart::Inside]);
+    check("back of the head and neck", 9_409..11_248, 0.9, &[FacePart::Skin]);
+    check("sockets of the eyes", 13_294..14_062, 0.9, &[FacePart::Inside, FacePart::Eyes, FacePart::Other]);
 }
 
 #[test]
