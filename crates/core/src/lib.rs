@@ -60,6 +60,7 @@ mod rig_rows;
 mod rigid;
 mod rotations;
 mod rounded;
+pub mod scale;
 mod steady_file;
 mod surface_point;
 mod table;

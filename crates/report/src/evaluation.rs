@@ -8,7 +8,7 @@ use crate::shot::left_out;
 use crate::skin::Skin;
 use crate::written::{Page, write_texts};
 use maud::{Markup, html};
-use rhytid_core::{Error, Result, Rig, human};
+use rhytid_core::{Error, Result, Rig, human, scale};
 use rhytid_evaluate::{Comparison, Errors, Evaluation, LeaveOneOut, LeftOut, Map, RegionError, Subject};
 
 /// The number of regions that are named for one example.
@@ -220,7 +220,7 @@ impl<'a> Drawn<'a> {
             for &v in triangles.iter().flatten() {
                 of_inside[v as usize] = maps[i].values[v as usize];
             }
-            let end = map::end(std::iter::once(of_inside.as_slice()));
+            let end = scale::end(std::iter::once(of_inside.as_slice()));
             let title = html! { (maps[i].title) ": mouth, eyes and other parts, without the skin" };
             let map = of(i, "inside", title, &of_inside, end);
             let figure = map::figures(painter, rig, &triangles, &[map])?.pop();
@@ -250,7 +250,7 @@ impl<'a> Drawn<'a> {
 /// The end of the scale of a subject's maps.
 fn end_of(maps: &[Map], of_skin: &[Vec<f32>], subject: Subject) -> f32 {
     let of_subject = maps.iter().zip(of_skin).filter(|(map, _)| map.subject == subject);
-    map::end(of_subject.map(|(_, values)| values.as_slice()))
+    scale::end(of_subject.map(|(_, values)| values.as_slice()))
 }
 
 fn methods(comparisons: &[Comparison]) -> Markup {

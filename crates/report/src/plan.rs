@@ -8,7 +8,7 @@ use crate::shot::left_out;
 use crate::skin::Skin;
 use crate::written::{Page, write_texts};
 use maud::{Markup, html};
-use rhytid_core::{Error, Result, Rig, VertexId, human};
+use rhytid_core::{Error, Result, Rig, VertexId, human, scale};
 use rhytid_evaluate::Regions;
 use rhytid_evaluate::coverage::{Coverage, Scan, share};
 
@@ -39,7 +39,7 @@ pub fn write_plan(
     let shares: Vec<Vec<f32>> =
         found.scans.iter().map(|scan| skin.only(&per_cent(scan, regions, rig))).collect();
     // One scale for all scans, so that a scan that helps little is pale.
-    let end = map::end(std::iter::once(largest(found).as_slice()));
+    let end = scale::end(std::iter::once(largest(found).as_slice()));
     let mut maps = Vec::new();
     for ((i, scan), (pose, values)) in found.scans.iter().enumerate().zip(poses.iter().zip(&shares)) {
         maps.push(Map {

@@ -8,7 +8,7 @@ use crate::shot::left_out;
 use crate::skin::Skin;
 use crate::written::{Page, write_texts};
 use maud::{Markup, html};
-use rhytid_core::{Error, Result, Rig, VertexId, human};
+use rhytid_core::{Error, Result, Rig, VertexId, human, scale};
 use rhytid_evaluate::Regions;
 use rhytid_transfer::{Maps, Missing, Spread, TransferReport};
 
@@ -201,7 +201,7 @@ impl Section {
         let Some(painter) = painter else {
             return Ok(Self { markup: html! { (words) (left_out()) }, again: None });
         };
-        let end = map::end(std::iter::once(values));
+        let end = scale::end(std::iter::once(values));
         let map = Map {
             id: id.to_owned(),
             title: html! { "dots are the handles" },
@@ -211,9 +211,9 @@ impl Section {
             markers: true,
         };
         let figures = map::figures(painter, rig, triangles, &[map])?;
-        let scale = map::scale(painter, end, unit, "no counterpart", std::iter::once(values));
+        let legend = map::scale(painter, end, unit, "no counterpart", std::iter::once(values));
         Ok(Self {
-            markup: html! { (words) (scale) div.maps { @for figure in &figures { (figure.markup) } } },
+            markup: html! { (words) (legend) div.maps { @for figure in &figures { (figure.markup) } } },
             again: figures.first().map(|figure| figure.again.clone()),
         })
     }
