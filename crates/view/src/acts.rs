@@ -51,6 +51,7 @@ impl Scene {
             Command::Above => self.orbit.look_from(0.0, 90.0),
             Command::All => self.orbit.all(width / height),
             Command::Mirror
+            | Command::Names
             | Command::Panels
             | Command::Keys
             | Command::Look(_)

@@ -52,6 +52,8 @@ pub struct ViewApp {
     /// When the window was made.
     began: Instant,
     pub(crate) keys_shown: bool,
+    /// The window's title.
+    pub(crate) title: String,
     /// `None` until the user opens or closes it.
     panel_shown: Option<bool>,
     /// The devices that can evaluate a frame, and the chosen one. `None` for the device that draws.
@@ -114,6 +116,7 @@ impl ViewApp {
             whole_pictures: false,
             began: Instant::now(),
             keys_shown: false,
+            title: String::new(),
             panel_shown: None,
             devices: Vec::new(),
             device: None,
@@ -221,6 +224,11 @@ impl ViewApp {
         self.scene.as_ref()?.vertex
     }
 
+    /// The window's title, which names the open files.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
     /// The message in the last line, and whether it is an error.
     pub fn note(&self) -> Option<(&str, bool)> {
         self.note.as_ref().map(|note| (&*note.words, note.is_error))
@@ -326,6 +334,7 @@ impl ViewApp {
             Command::Deselect if self.keys_shown => self.keys_shown = false,
             Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),
             Command::Mirror => self.settings.mirrored = !self.settings.mirrored,
+            Command::Names => self.settings.names = !self.settings.names,
             Command::Look(i) => {
                 self.settings.show = Show::ALL.get(usize::from(i)).copied().unwrap_or(self.settings.show);
             }

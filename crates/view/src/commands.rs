@@ -19,6 +19,7 @@ pub(crate) enum Command {
     NextMarker,
     PreviousMarker,
     Deselect,
+    Names,
     /// Moves by steps of a millimetre, to the picture's right and up.
     Nudge(i8, i8),
     /// Turns by degrees, to the right and down.
@@ -41,6 +42,68 @@ pub(crate) enum Command {
     Open,
     /// The look with this number, counted from 0.
     Look(u8),
+}
+
+/// What a command is about: a part of the sheet of keys.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Group {
+    Time,
+    Markers,
+    Camera,
+    Look,
+    Files,
+    Window,
+}
+
+impl Group {
+    /// All, in the order of the sheet.
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Time, Self::Markers, Self::Camera, Self::Look, Self::Files, Self::Window];
+
+    /// Its title.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Time => "Time",
+            Self::Markers => "Markers",
+            Self::Camera => "Camera",
+            Self::Look => "Look",
+            Self::Files => "Files",
+            Self::Window => "Window",
+        }
+    }
+}
+
+impl Command {
+    /// What it is about.
+    pub(crate) fn group(self) -> Group {
+        match self {
+            Self::Play | Self::Loop | Self::Next | Self::Previous | Self::First | Self::Last => Group::Time,
+            Self::Undo
+            | Self::Redo
+            | Self::Reset
+            | Self::Pin
+            | Self::Mirror
+            | Self::NextMarker
+            | Self::PreviousMarker
+            | Self::Deselect
+            | Self::Names
+            | Self::Nudge(..) => Group::Markers,
+            Self::Turn(..)
+            | Self::Nearer
+            | Self::Farther
+            | Self::Front
+            | Self::Side
+            | Self::Above
+            | Self::All => Group::Camera,
+            Self::Look(_) => Group::Look,
+            Self::Screenshot | Self::SaveFrame | Self::SaveExample | Self::SaveEdits => Group::Files,
+            #[cfg(not(target_arch = "wasm32"))]
+            Self::Open => Group::Files,
+            Self::Panels | Self::Keys => Group::Window,
+            #[cfg(not(target_arch = "wasm32"))]
+            Self::Close => Group::Window,
+        }
+    }
 }
 
 /// A command, its key, and its description.
@@ -76,6 +139,7 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Nudge(0, -1), ALT, Key::ArrowDown, ""),
     on(Command::Pin, NONE, Key::P, "pin the selected markers, or unpin them"),
     on(Command::Mirror, NONE, Key::M, "mirrored drags: on or off"),
+    on(Command::Names, NONE, Key::A, "names of all markers: on or off"),
     on(Command::Reset, NONE, Key::R, "reset the selected markers, or all of them"),
     on(Command::Redo, REDO, Key::Z, "redo"),
     on(Command::Undo, COMMAND, Key::Z, "undo"),

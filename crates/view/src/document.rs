@@ -2,10 +2,12 @@
 
 use crate::edits::{EditedFrame, OpenEdits};
 use crate::history::History;
+use crate::problems::{Problem, ProblemKind, strains};
 use crate::same::Same;
 use crate::soft_selection::{Drag, SoftSelection};
 use crate::transport::Transport;
 use glam::Vec3;
+use rhytid_capture::{StrainLimit, Target};
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use std::sync::Arc;
@@ -30,6 +32,10 @@ pub struct TimelineEvent {
     pub words: String,
     /// The confidence of its samples, from 0 to 1.
     pub confidence: f32,
+    /// What is wrong in these frames. `None` where nothing is wrong any more.
+    pub problem: Option<ProblemKind>,
+    /// The markers that it is about, as handles of the rig. Empty for the head.
+    pub handles: Vec<usize>,
 }
 
 /// A take that was opened.
@@ -67,6 +73,8 @@ pub struct Document {
     /// The play head.
     pub transport: Transport,
     soft_selection: SoftSelection,
+    /// How far the skin between handles can be believed to stretch.
+    strain_limits: Vec<StrainLimit>,
     pose: Pose,
     history: History<Pose>,
     /// The pose before the present drag.
@@ -80,6 +88,7 @@ impl Document {
         let pose = Pose { offsets: vec![[0.0; 3]; rest.len()], pinned: vec![false; rest.len()] };
         Self {
             soft_selection: SoftSelection::new(&rig),
+            strain_limits: Target::from_rig(&rig).strains,
             name: name.to_owned(),
             take: None,
             positions: Vec::new(),
@@ -125,6 +134,18 @@ impl Document {
     /// The take.
     pub fn take(&self) -> Option<&OpenTake> {
         self.take.as_ref()
+    }
+
+    /// The names of the open files, for the window's title.
+    pub fn title(&self) -> String {
+        let short = |name: &str| {
+            let last = std::path::Path::new(name).file_name();
+            last.map_or_else(|| name.to_owned(), |last| last.to_string_lossy().into_owned())
+        };
+        let take = self.take.as_ref().map(|take| short(&take.name));
+        let edits = self.edits.as_ref().map(|edits| short(&edits.name));
+        let names: Vec<String> = std::iter::once(short(&self.name)).chain(take).chain(edits).collect();
+        format!("{} – Rhytid", names.join(", "))
     }
 
     /// Shows the take with edits from now on.
@@ -179,6 +200,11 @@ impl Document {
         &self.numbers
     }
 
+    /// The name of a set of numbers. Empty where there is none.
+    pub(crate) fn numbers_name(&self, which: usize) -> &str {
+        self.numbers.get(which).map_or("", |(name, _)| name)
+    }
+
     /// The same, for another thread.
     pub(crate) fn shared_numbers(&self) -> Same<Vec<Numbers>> {
         self.numbers.clone()
@@ -216,6 +242,31 @@ impl Document {
             return base.to_vec();
         }
         sums(base, &self.pose.offsets)
+    }
+
+    /// What is wrong with the markers in the frame that is shown: what the clean-up found there, and strains
+    /// that no skin has.
+    pub fn problems(&self) -> Vec<Problem> {
+        let (frame, labels) = (self.transport.frame(), &self.rig.handles().labels);
+        let mut problems =
+            strains(&self.strain_limits, &self.handles(true), &self.rig.handles().rest, labels);
+        let incidents = self.take.iter().filter(|_| !self.is_live()).flat_map(|take| &take.incidents);
+        for incident in incidents {
+            let is_here = (incident.first..incident.first + incident.frames).contains(&frame);
+            // Strains are those of the frame as it is shown, with edits and drags.
+            if let Some(kind) = incident.problem.filter(|kind| is_here && *kind != ProblemKind::Strain) {
+                let (handles, words) = (incident.handles.clone(), incident.words.clone());
+                problems.push(Problem { kind, handles, words });
+            }
+        }
+        problems
+    }
+
+    /// How far a handle is from rest in the frame that is shown, in millimetres: x, y, z, and the length.
+    pub fn from_rest(&self, handle: usize) -> [f32; 4] {
+        let moved = Vec3::from(self.handles(true)[handle]) - Vec3::from(self.rest[handle]);
+        let [x, y, z] = (1e3 * self.rig.surface().metres_per_unit as f32 * moved).to_array();
+        [x, y, z, Vec3::new(x, y, z).length()]
     }
 
     /// The drags of markers.

@@ -1,6 +1,7 @@
 //! The work of each frame of the window.
 
 use crate::app::{Note, ViewApp};
+use crate::document::Document;
 use crate::open::Source;
 use crate::{busy, commands, keys, panel, theme, timeline, viewport};
 use eframe::egui;
@@ -39,21 +40,35 @@ impl eframe::App for ViewApp {
             egui::Panel::bottom("note").show(ui, |ui| self.notes(ui));
         }
         egui::Panel::bottom("time line").show(ui, |ui| timeline::show(self, ui));
-        if self.is_panel_shown(width) {
+        if self.keys_shown || self.is_panel_shown(width) {
             let most = (0.85 * width).min(360.0);
             egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
                 // The panel's width does not depend on its contents, so the face stays where it is.
-                egui::ScrollArea::vertical().auto_shrink(false).show(ui, |ui| panel::show(self, ui));
+                let (show, id) = if self.keys_shown {
+                    (keys::show as fn(&mut Self, &mut egui::Ui), "keys")
+                } else {
+                    (panel::show as _, "panel")
+                };
+                egui::ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, |ui| show(self, ui));
             });
         }
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
         busy::show(self, &context);
         hovering(&context);
-        keys::show(self, &context);
+        self.set_title(&context);
     }
 }
 
 impl ViewApp {
+    /// Names the open files in the window's title.
+    fn set_title(&mut self, context: &egui::Context) {
+        let title = self.document().map_or_else(|| "Rhytid".to_owned(), Document::title);
+        if title != self.title {
+            context.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
     /// Lets time pass for the play head, and asks to be called again when the next frame is due.
     fn play(&mut self, context: &egui::Context) {
         let Some(scene) = &mut self.scene else { return };

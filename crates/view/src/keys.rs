@@ -1,7 +1,7 @@
-//! The sheet of keys.
+//! The sheet of keys: a panel of its own beside the face.
 
 use crate::app::ViewApp;
-use crate::commands::BINDINGS;
+use crate::commands::{BINDINGS, Group};
 use eframe::egui;
 
 /// The actions of the pointer.
@@ -14,35 +14,51 @@ const POINTER: [(&str, &str); 9] = [
     ("two fingers", "move the face"),
     ("click the skin", "show what drives that vertex"),
     ("double click", "centre the view there"),
-    ("drop files", "open a rig or a take"),
+    ("drop files", "open them"),
 ];
 
-pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
-    let mut open = app.keys_shown;
-    let room = context.content_rect();
-    let width = (room.width() - 40.0).min(480.0);
-    let sheet = egui::Window::new("Keys").open(&mut open).vscroll(true).default_height(room.height() - 60.0);
-    sheet.default_width(width).max_width(width).show(context, |ui| {
-        // Each column has half of the width, so long lines wrap in a narrow window.
-        let half = 0.5 * (width - ui.spacing().item_spacing.x);
-        egui::Grid::new("keys").num_columns(2).max_col_width(half).striped(true).show(ui, |ui| {
-            for (what, words) in POINTER {
-                ui.strong(what);
-                ui.label(words);
-                ui.end_row();
-            }
-            let mut bindings = BINDINGS.iter().peekable();
-            while let Some(binding) = bindings.next() {
-                let mut keys = context.format_shortcut(&binding.key);
-                // Bindings without words share the line of the one before.
-                while let Some(more) = bindings.next_if(|binding| binding.words.is_empty()) {
-                    keys = format!("{keys}, {}", context.format_shortcut(&more.key));
-                }
-                ui.strong(if binding.words.contains("F1 to") { "F1 to F9".to_owned() } else { keys });
-                ui.label(binding.words);
-                ui.end_row();
+/// Shows the sheet in place of the panel at the side.
+pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        ui.heading("Keys");
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            if ui.button("Close the keys").clicked() {
+                app.keys_shown = false;
             }
         });
     });
-    app.keys_shown = open;
+    group(ui, "Pointer", POINTER.map(|(what, words)| (what.to_owned(), words)));
+    for of in Group::ALL {
+        let mut rows: Vec<(String, &str)> = Vec::new();
+        for binding in BINDINGS.iter().filter(|binding| binding.command.group() == of) {
+            let key = ui.ctx().format_shortcut(&binding.key);
+            match rows.last_mut().filter(|_| binding.words.is_empty()) {
+                // Bindings without words share the line of the one before.
+                Some((keys, _)) => *keys = format!("{keys}, {key}"),
+                None => rows.push((key, binding.words)),
+            }
+        }
+        if of == Group::Look
+            && let [first, ..] = &mut rows[..]
+        {
+            first.0 = "F1 to F9".to_owned();
+        }
+        group(ui, of.name(), rows);
+    }
+}
+
+/// A titled table. Each column has half of the width, and long lines wrap.
+fn group<'a>(ui: &mut egui::Ui, title: &str, rows: impl IntoIterator<Item = (String, &'a str)>) {
+    ui.add_space(6.0);
+    ui.strong(title);
+    let half = (0.5 * (ui.available_width() - ui.spacing().item_spacing.x)).floor();
+    let table = egui::Grid::new(title).num_columns(2).min_col_width(half).max_col_width(half).striped(true);
+    table.show(ui, |ui| {
+        for (key, words) in rows {
+            ui.add(egui::Label::new(egui::RichText::new(key).strong()).wrap());
+            ui.add(egui::Label::new(words).wrap());
+            ui.end_row();
+        }
+    });
 }

@@ -41,8 +41,12 @@ mod history;
 #[cfg(target_arch = "wasm32")]
 mod inbox;
 mod keys;
+mod legend;
 #[cfg(not(target_arch = "wasm32"))]
 mod live;
+mod marker_dots;
+mod marker_guides;
+mod marker_values;
 mod open;
 mod orbit;
 mod order;
@@ -50,6 +54,7 @@ mod pace;
 mod painter;
 mod panel;
 mod pick;
+mod problems;
 #[cfg(not(target_arch = "wasm32"))]
 mod recent;
 mod same;
@@ -81,6 +86,7 @@ pub use inbox::{Inbox, Read};
 pub use live::Listen;
 pub use orbit::Orbit;
 pub use pick::{marker, vertex};
+pub use problems::{Problem, ProblemKind};
 pub use scene::Times;
 pub use settings::{Before, Settings, Show};
 pub use soft_selection::{Drag, SoftSelection};

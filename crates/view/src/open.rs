@@ -6,6 +6,8 @@ use crate::document::TimelineEvent;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
 #[cfg(not(target_arch = "wasm32"))]
+use crate::problems::ProblemKind;
+#[cfg(not(target_arch = "wasm32"))]
 use crate::same::Same;
 use crate::work::Task;
 use eframe::egui;
@@ -208,6 +210,8 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String, progress: &dyn Progr
         frames: event.frames.max(1),
         words: format!("{}: {}", event.kind.name(), label(event.marker)),
         confidence: event.confidence,
+        problem: ProblemKind::of(event.kind, event.confidence),
+        handles: event.marker.into_iter().chain(event.other).collect(),
     });
     Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: cleaned.take }))
 }

@@ -1,6 +1,7 @@
 //! What a picture is to show.
 
 use crate::edits::EditedFrame;
+use crate::problems::Problem;
 use crate::same::Same;
 use crate::settings::Settings;
 use rhytid_formats::mesh::Numbers;
@@ -17,6 +18,8 @@ pub(crate) struct Order {
     pub settings: Settings,
     /// In pixels.
     pub size: [u32; 2],
+    /// Pixels in a point of the window.
+    pub scale: f32,
     pub background: [u8; 4],
     pub selected: Vec<usize>,
     pub pinned: Vec<bool>,
@@ -24,6 +27,10 @@ pub(crate) struct Order {
     pub confidence: Vec<f32>,
     /// The marker under the pointer.
     pub under: Option<usize>,
+    /// H: how far each handle would follow a drag, from 0 to 1. Empty where no marker is held.
+    pub follows: Vec<f32>,
+    /// What is wrong with markers.
+    pub problems: Vec<Problem>,
     /// The vertex that was picked.
     pub vertex: Option<usize>,
     pub numbers: Same<Vec<Numbers>>,

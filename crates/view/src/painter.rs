@@ -1,6 +1,7 @@
 //! The thread that evaluates and draws. The window asks it for one thing at a time, and stays as it is until
 //! the answer comes.
 
+use crate::legend::Spread;
 use crate::order::Order;
 use crate::pace::Fineness;
 use crate::scene::Times;
@@ -60,6 +61,8 @@ pub(crate) struct Painted {
     pub order: Order,
     pub fineness: Fineness,
     pub times: Times,
+    /// The numbers of the result's map.
+    pub spread: Option<Spread>,
     /// The result, and the side that it is compared with, if there is one.
     pub textures: [Option<wgpu::Texture>; 2],
 }

@@ -2,11 +2,15 @@
 
 use crate::app::ViewApp;
 use crate::commands::Command;
+use crate::legend::Spread;
+use crate::marker_values;
 use crate::scene::Scene;
 use crate::settings::{Before, Settings, Show};
 use eframe::egui;
-use rhytid_core::{Explanation, HandleShare, Rig};
+use rhytid_core::{Explanation, HandleShare, Rig, human, scale};
 use rhytid_formats::mesh::Numbers;
+use rhytid_render::Look;
+use std::cmp::Ordering;
 
 /// The number of rows of a vertex's table.
 const ROWS: usize = 8;
@@ -29,9 +33,11 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         }
     });
     let numbers = app.scene.as_ref().map_or(&[][..], |scene| scene.document.numbers());
-    section(ui, "Look", true, |ui| look(&mut app.settings, numbers, ui));
+    let spread = app.scene.as_ref().and_then(|scene| scene.spread);
+    section(ui, "Look", true, |ui| look(&mut app.settings, numbers, spread, ui));
     if let Some(scene) = &mut app.scene {
         section(ui, "Markers", true, |ui| markers(scene, &mut app.settings, ui, &mut wanted));
+        section(ui, "Problems", true, |ui| marker_values::problems(scene, ui));
     }
     section(ui, "Device", true, |ui| device(app, ui));
     #[cfg(not(target_arch = "wasm32"))]
@@ -105,7 +111,7 @@ fn theme(ui: &mut egui::Ui) {
     ui.ctx().set_theme(theme);
 }
 
-fn look(settings: &mut Settings, numbers: &[Numbers], ui: &mut egui::Ui) {
+fn look(settings: &mut Settings, numbers: &[Numbers], spread: Option<Spread>, ui: &mut egui::Ui) {
     let of_file = numbers.get(settings.numbers).filter(|_| settings.show == Show::Numbers);
     let shown = of_file.map_or(settings.show.name(), |(name, _)| name);
     egui::ComboBox::from_label("shown").selected_text(shown).show_ui(ui, |ui| {
@@ -128,31 +134,53 @@ fn look(settings: &mut Settings, numbers: &[Numbers], ui: &mut egui::Ui) {
         slider(ui, "Wipe", egui::Slider::new(&mut settings.wipe, 0.0..=1.0));
     }
     slider(ui, "Wrinkles", egui::Slider::new(&mut settings.gain, 0.0..=2.0).suffix(" ×"));
-    match settings.show {
-        Show::Strain | Show::Edges => {
-            let range = egui::Slider::new(&mut settings.strain_range, 0.01..=1.0).logarithmic(true);
-            slider(ui, "Strain of the last colour", range);
-        }
-        Show::Detail => {
-            let range = egui::Slider::new(&mut settings.detail_range, 0.05..=10.0).logarithmic(true);
-            slider(ui, "Detail of the last colour", range.suffix(" mm"));
-        }
-        Show::Numbers => {
-            let range = egui::Slider::new(&mut settings.numbers_range.0, 1e-3..=1e3).logarithmic(true);
-            slider(ui, "Number of the last colour", range);
-        }
-        Show::Skin => {
-            let [right, up] = &mut settings.light;
-            slider(ui, "Light from the right", egui::Slider::new(right, -180.0..=180.0).suffix("°"));
-            slider(ui, "Light from above", egui::Slider::new(up, -90.0..=90.0).suffix("°"));
-        }
+    if settings.show == Show::Skin {
+        let [right, up] = &mut settings.light;
+        slider(ui, "Light from the right", egui::Slider::new(right, -180.0..=180.0).suffix("°"));
+        slider(ui, "Light from above", egui::Slider::new(up, -90.0..=90.0).suffix("°"));
+    }
+    map_scale(settings, of_file.map_or("", |(name, _)| name), spread, ui);
+}
+
+/// The scale of the map that is shown, and what lies beyond it.
+fn map_scale(settings: &mut Settings, name: &str, spread: Option<Spread>, ui: &mut egui::Ui) {
+    if settings.look().is_some_and(|look| matches!(look, Look::Heat(_) | Look::LitHeat(_))) {
+        ui.checkbox(&mut settings.lit_maps, "Lit")
+            .on_hover_text("light shows the form; without it, the colours are exactly those of the legend");
+    }
+    let Some(map) = settings.map(name) else { return };
+    let (factor, unit) = (map.factor, map.unit);
+    // There is a line in every frame, so that nothing below it jumps while a take plays.
+    let words = spread.map(|spread| {
+        let part = human::percent(f64::from(spread.beyond), 1);
+        format!("beyond the scale: {part}, largest: {} {unit}", map.words(spread.largest()))
+    });
+    let Some(end) = settings.map_end() else { return };
+    let mut shown = factor * *end;
+    let range = egui::Slider::new(&mut shown, factor * 1e-3..=factor * 1e3).logarithmic(true);
+    let suffix = if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    slider(ui, "Scale to", range.max_decimals(4).suffix(suffix));
+    // Scales end at round numbers.
+    match shown.partial_cmp(&(factor * *end)) {
+        Some(Ordering::Greater) => *end = scale::round_up(shown / factor),
+        Some(Ordering::Less) => *end = scale::round_down(shown / factor),
         _ => {}
+    }
+    if let (Some(words), Some(spread)) = (words, spread) {
+        ui.label(words);
+        let fit = egui::Button::new("Fit the scale");
+        if ui.add_enabled(spread.largest() > 0.0, fit).clicked() {
+            *end = scale::round_up(spread.largest());
+        }
     }
 }
 
 fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted: &mut Vec<Command>) {
-    ui.checkbox(&mut settings.markers, "Dots");
-    ui.checkbox(&mut settings.mirrored, "Mirrored");
+    ui.horizontal_wrapped(|ui| {
+        ui.checkbox(&mut settings.markers, "Dots");
+        ui.add_enabled(settings.markers, egui::Checkbox::new(&mut settings.names, "Names"));
+        ui.checkbox(&mut settings.mirrored, "Mirrored");
+    });
     slider(ui, "Reach", egui::Slider::new(&mut settings.reach, 0.0..=120.0).suffix(" mm"));
     if let Some((name, mut shown)) = scene.document.edits().map(|(name, shown)| (name.to_owned(), shown))
         && ui.checkbox(&mut shown, format!("Edited by {name}")).changed()
@@ -160,12 +188,9 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
         scene.document.show_edited(shown);
     }
     let document = &scene.document;
-    let labels: Vec<&str> =
-        scene.selected.iter().map(|&handle| &*document.rig.handles().labels[handle]).collect();
-    ui.label(match &labels[..] {
-        [] => "no marker selected: click one, or press N".to_owned(),
-        labels => format!("selected: {}", labels.join(", ")),
-    });
+    if scene.selected.is_empty() {
+        ui.label("no marker selected: click one, or press N");
+    }
     let (pose, [can_undo, can_redo]) = (document.pose(), document.can_undo_and_redo());
     let is_dragged = pose.offsets.iter().any(|offset| *offset != [0.0; 3]);
     let is_pinned = !scene.selected.is_empty() && scene.selected.iter().all(|&handle| pose.pinned[handle]);
@@ -181,11 +206,7 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
             }
         }
     });
-    if let [handle] = scene.selected[..] {
-        let millimetres = 1e3 * document.rig.surface().metres_per_unit as f32;
-        let [x, y, z] = pose.offsets[handle].map(|x| x * millimetres);
-        ui.label(format!("dragged by {x:.2}, {y:.2}, {z:.2} mm"));
-    }
+    marker_values::show(scene, ui);
 }
 
 fn vertex(scene: &mut Scene, ui: &mut egui::Ui) {

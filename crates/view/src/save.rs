@@ -2,11 +2,12 @@
 
 use crate::app::ViewApp;
 use crate::commands::Command;
+use crate::order::Order;
 use crate::painter::Job;
 use rhytid_core::{AtomicFile, Error, Mesh, Result};
 use rhytid_formats::edits::{Curve, Ease, Edits, Offset};
 use rhytid_formats::{edits, mesh, take};
-use rhytid_render::Picture;
+use rhytid_render::{LEGEND, Picture};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -54,6 +55,17 @@ impl ViewApp {
             _ => scene.save(|order| Job::SavePicture(order, rig)).map(|()| None),
         }
     }
+}
+
+/// Writes the legend of the map that is shown, if any, into the lower left corner.
+pub(crate) fn write_legend(picture: &mut Picture, order: &Order) {
+    let name = order.numbers.get(order.settings.numbers).map_or("", |(name, _)| name);
+    let Some(map) = order.settings.map(name) else { return };
+    // The picture's legend has the numbers themselves, without the factor of the unit.
+    let title = if map.factor == 1.0 { map.title_with_unit() } else { map.title.to_owned() };
+    let at = [16, picture.size[1].saturating_sub(LEGEND[1] + 16)];
+    let is_dark = order.background[..3].iter().map(|x| u32::from(*x)).sum::<u32>() < 3 * 128;
+    picture.legend(map.heat, &title, at, if is_dark { [255; 3] } else { [0; 3] });
 }
 
 /// Writes a frame beside the rig's file.

@@ -2,6 +2,7 @@
 
 use crate::document::Document;
 use crate::gpu::Gpu;
+use crate::legend::Spread;
 use crate::orbit::Orbit;
 use crate::order::Order;
 use crate::pace::{Fineness, Pace};
@@ -10,10 +11,12 @@ use crate::pick;
 use crate::same::Same;
 use crate::screen::Screen;
 use crate::settings::{Before, Settings, Show};
+use crate::soft_selection::Drag;
 use crate::studio::Studio;
 use crate::work::{DeviceTask, Next, Task, Work};
 use eframe::egui;
 use eframe::egui_wgpu::RenderState;
+use glam::Vec3;
 use rhytid_core::{DeviceInfo, Error, Explanation, Result, Rig};
 use rhytid_render::SkinRenderer;
 #[cfg(not(target_arch = "wasm32"))]
@@ -60,6 +63,8 @@ enum SkinState {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct View {
     pub size: [u32; 2],
+    /// Pixels in a point.
+    pub scale: f32,
     pub background: [u8; 4],
     /// The time, in seconds since the window was made.
     pub now: f64,
@@ -90,6 +95,10 @@ pub(crate) struct Scene {
     /// The vertex that was picked.
     pub vertex: Option<usize>,
     pub times: Times,
+    /// H unit vectors: the normals of the skin at the handles, at rest.
+    pub normals: Vec<Vec3>,
+    /// The numbers of the map that is shown.
+    pub spread: Option<Spread>,
     /// The place of the picture in the window, in points.
     pub place: Option<egui::Rect>,
     /// The number of pictures since the rig was opened.
@@ -139,6 +148,8 @@ impl Scene {
             painter: Painter::new(context, before, make),
             screen: Screen::new(state),
             orbit: Orbit::new(&rig, 1.0),
+            normals: crate::marker_guides::normals(&rig),
+            spread: None,
             document: Document::new(rig, name),
             gpu: gpu.clone(),
             context: context.clone(),
@@ -207,19 +218,22 @@ impl Scene {
     /// Everything that the picture depends on.
     fn order(&self, settings: &Settings, view: View) -> Order {
         // These settings do not change a picture.
-        let Settings { wipe, reach, mirrored, .. } = Settings::default();
+        let Settings { wipe, reach, mirrored, names, .. } = Settings::default();
         Order {
             handles: self.document.handles(true),
             undragged: (settings.before == Before::Take).then(|| self.document.handles(false)),
             edits: self.document.frame_edits(),
             camera: self.orbit.camera(),
-            settings: Settings { wipe, reach, mirrored, ..settings.clone() },
+            settings: Settings { wipe, reach, mirrored, names, ..settings.clone() },
             size: view.size,
+            scale: view.scale,
             background: view.background,
             selected: self.selected.clone(),
             pinned: self.document.pose().pinned.clone(),
             confidence: self.document.live_confidence().to_vec(),
             under: self.under,
+            follows: if settings.markers { self.follows(settings) } else { Vec::new() },
+            problems: if settings.markers { self.document.problems() } else { Vec::new() },
             vertex: self.vertex,
             numbers: self.document.shared_numbers(),
             skin: match &self.skin {
@@ -291,6 +305,11 @@ impl Scene {
             self.pace.measured(painted.times);
         }
         self.times = painted.times;
+        if self.spread != painted.spread {
+            self.spread = painted.spread;
+            // The panel shows it, and comes before the picture.
+            self.context.request_repaint();
+        }
         self.drawn += 1;
         self.shown = Some((painted.order, painted.fineness));
     }
@@ -362,6 +381,31 @@ impl Scene {
     pub(crate) fn marker_at(&self, at: [f32; 2], reach: f32) -> Option<usize> {
         let handles = self.document.handles(true);
         pick::marker(&handles, &self.orbit.camera(), self.size(), at, reach)
+    }
+
+    /// The markers that a drag would move by itself: the one under the pointer, or else those that are
+    /// selected. Any of several selected markers stands for them all.
+    pub(crate) fn held(&self) -> Vec<usize> {
+        match self.under {
+            Some(under) if !self.selected.contains(&under) => vec![under],
+            _ => self.selected.clone(),
+        }
+    }
+
+    /// H: how far each handle would follow a drag of the held markers, from 0 to 1. Empty without such.
+    fn follows(&self, settings: &Settings) -> Vec<f32> {
+        let held = self.held();
+        if held.is_empty() {
+            return Vec::new();
+        }
+        let drag = Drag {
+            grabbed: &held,
+            by: [0.0, 1.0, 0.0],
+            reach: settings.reach / self.millimetres(),
+            mirrored: settings.mirrored,
+            pinned: &self.document.pose().pinned,
+        };
+        self.document.soft_selection().drag(drag).into_iter().map(|[_, y, _]| y).collect()
     }
 
     /// Looks for the vertex at a place of the picture, in pixels.

@@ -1,5 +1,6 @@
 //! The settings: what is shown, and how markers are dragged.
 
+use rhytid_core::scale;
 use rhytid_render::{Heat, Look};
 
 /// How the face is drawn.
@@ -93,6 +94,16 @@ impl Before {
     }
 }
 
+/// Numbers on the face, shown as colours.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Map<'a> {
+    pub heat: Heat,
+    pub title: &'a str,
+    /// The unit in which people read the numbers, which are multiplied by `factor` for that.
+    pub unit: &'static str,
+    pub factor: f32,
+}
+
 /// The user's choices.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
@@ -106,6 +117,10 @@ pub struct Settings {
     pub gain: f32,
     /// Whether markers have dots.
     pub markers: bool,
+    /// Whether the markers that are seen have their names beside them.
+    pub names: bool,
+    /// Whether maps are lit. Light shows the form, and changes the colours.
+    pub lit_maps: bool,
     /// The reach of the soft selection along strain edges, in millimetres.
     pub reach: f32,
     /// Whether the other side of the face moves too, mirrored.
@@ -130,6 +145,8 @@ impl Default for Settings {
             wipe: 0.5,
             gain: 1.0,
             markers: true,
+            names: false,
+            lit_maps: true,
             reach: 25.0,
             mirrored: false,
             strain_range: 0.3,
@@ -142,12 +159,27 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The colours of the numbers that are shown, and their name.
-    pub fn heat(&self) -> Option<(Heat, &'static str)> {
+    /// The map that is shown. `numbers` is the name of the numbers of a file.
+    pub(crate) fn map<'a>(&self, numbers: &'a str) -> Option<Map<'a>> {
+        let strain = Heat::Signed(self.strain_range);
+        Some(match self.show {
+            Show::Strain => Map { heat: strain, title: "strain of the skin", unit: "%", factor: 100.0 },
+            Show::Edges => Map { heat: strain, title: "strain of the edges", unit: "%", factor: 100.0 },
+            Show::Detail => {
+                let heat = Heat::From0(self.detail_range);
+                Map { heat, title: "detail of the wrinkles", unit: "mm", factor: 1.0 }
+            }
+            Show::Numbers => Map { heat: self.numbers_heat(), title: numbers, unit: "", factor: 1.0 },
+            _ => return None,
+        })
+    }
+
+    /// The number that has the last colour of the map that is shown.
+    pub(crate) fn map_end(&mut self) -> Option<&mut f32> {
         match self.show {
-            Show::Strain | Show::Edges => Some((Heat::Signed(self.strain_range), "strain")),
-            Show::Detail => Some((Heat::From0(self.detail_range), "detail, mm")),
-            Show::Numbers => Some((self.numbers_heat(), "numbers")),
+            Show::Strain | Show::Edges => Some(&mut self.strain_range),
+            Show::Detail => Some(&mut self.detail_range),
+            Show::Numbers => Some(&mut self.numbers_range.0),
             _ => None,
         }
     }
@@ -159,14 +191,17 @@ impl Settings {
         }
     }
 
-    /// Shows these numbers. The range begins at 0 or is symmetric about 0. It contains all numbers except the
-    /// largest.
+    /// Shows these numbers. The range begins at 0 or is symmetric about 0. It ends at a round number, and
+    /// contains all numbers except the largest.
     pub(crate) fn show_numbers(&mut self, which: usize, numbers: &[f32]) {
-        let mut sizes: Vec<f32> = numbers.iter().map(|x| x.abs()).filter(|x| x.is_finite()).collect();
-        sizes.sort_by(f32::total_cmp);
-        let most = sizes.get(sizes.len() * 98 / 100).copied().filter(|most| *most > 0.0).unwrap_or(1.0);
+        let sizes: Vec<f32> = numbers.iter().map(|x| x.abs()).collect();
         (self.show, self.numbers) = (Show::Numbers, which);
-        self.numbers_range = (most, numbers.iter().any(|x| *x < 0.0));
+        self.numbers_range =
+            (scale::end(std::iter::once(sizes.as_slice())), numbers.iter().any(|x| *x < 0.0));
+    }
+
+    fn coloured(&self, heat: Heat) -> Look {
+        if self.lit_maps { Look::LitHeat(heat) } else { Look::Heat(heat) }
     }
 
     /// `None` for skin.
@@ -176,9 +211,9 @@ impl Settings {
             Show::Clay => Some(Look::Matcap),
             Show::Wireframe => Some(Look::Wireframe),
             Show::Flat => Some(Look::Flat),
-            Show::Strain => Some(Look::Heat(Heat::Signed(self.strain_range))),
-            Show::Detail => Some(Look::Heat(Heat::From0(self.detail_range))),
-            Show::Numbers => Some(Look::LitHeat(self.numbers_heat())),
+            Show::Strain => Some(self.coloured(Heat::Signed(self.strain_range))),
+            Show::Detail => Some(self.coloured(Heat::From0(self.detail_range))),
+            Show::Numbers => Some(self.coloured(self.numbers_heat())),
             Show::Skin => None,
         }
     }

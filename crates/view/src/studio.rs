@@ -3,6 +3,8 @@
 use crate::canvas::{Canvas, Drawn, Shown, Took};
 use crate::frame_source::{FrameSource, OtherDevice, Wanted};
 use crate::gpu::Gpu;
+use crate::legend::Spread;
+use crate::marker_dots;
 use crate::order::Order;
 use crate::pace::Fineness;
 use crate::painter::{Answer, Job, Painted};
@@ -10,14 +12,9 @@ use crate::pick;
 use crate::scene::Times;
 use crate::settings::{Before, Settings, Show};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig};
-use rhytid_render::{Heat, Lights, Look, Mark, Strains, distances, influence_marks, marker_marks};
+use rhytid_render::{Heat, Lights, Look, Strains, distances, influence_marks, marker_marks};
 use std::sync::Arc;
 use web_time::Instant;
-
-const MARKER: [f32; 3] = [0.02, 0.02, 0.02];
-const TAKEN: [f32; 3] = [1.0, 0.35, 0.0];
-const PINNED: [f32; 3] = [0.05, 0.2, 0.9];
-const RIM: [f32; 3] = [1.0, 1.0, 1.0];
 
 /// A rig on its devices, with everything that draws it.
 pub(crate) struct Studio {
@@ -69,10 +66,11 @@ impl Studio {
             }
             #[cfg(not(target_arch = "wasm32"))]
             Job::SavePicture(order, rig_file) => {
-                self.paint(*order, Fineness::Whole, progress)?;
+                let painted = self.paint(*order, Fineness::Whole, progress)?;
                 let picture = self.canvas.picture()?;
-                let picture =
+                let mut picture =
                     picture.ok_or_else(|| rhytid_core::Error::Internal("nothing was drawn".to_owned()))?;
+                crate::save::write_legend(&mut picture, &painted.order);
                 crate::save::picture(&rig_file, &picture).map(Answer::Saved)
             }
         }
@@ -83,6 +81,7 @@ impl Studio {
         self.canvas.resize(order.size.map(|n| n.div_ceil(fineness.parts())))?;
         *self.canvas.lights() = lights(&order.settings);
         let mut times = Times::default();
+        let mut spread = None;
         let mut textures = [None, None];
         let gain = order.settings.gain;
         let compared = match order.settings.before {
@@ -93,13 +92,14 @@ impl Studio {
         };
         let sides = [compared.map(|side| (1, side)), Some((0, (&order.handles, gain, false)))];
         for (side, (handles, gain, of_shell)) in sides.into_iter().flatten() {
-            let (took, texture) =
-                self.side(side, &order, Side { handles, gain, of_shell, fineness }, progress)?;
-            textures[side] = Some(texture);
-            times = times + took;
+            let drawn = self.side(side, &order, Side { handles, gain, of_shell, fineness }, progress)?;
+            textures[side] = Some(drawn.texture);
+            times = times + drawn.times;
+            // The result comes last.
+            spread = drawn.spread;
         }
         progress.report("draw the face", 1, 1);
-        Ok(Painted { order, fineness, times, textures })
+        Ok(Painted { order, fineness, times, spread, textures })
     }
 
     /// Draws one side, of the shell's rig or of the rig itself.
@@ -109,7 +109,7 @@ impl Studio {
         order: &Order,
         side: Side<'_>,
         progress: &dyn Progress,
-    ) -> Result<(Times, wgpu::Texture)> {
+    ) -> Result<DrawnSide> {
         let Side { handles, gain, of_shell, fineness } = side;
         let settings = &order.settings;
         let rig = self.rig.clone();
@@ -130,6 +130,11 @@ impl Studio {
         times.evaluation = begin.elapsed();
         let begin = Instant::now();
         let mut marks = Vec::new();
+        let mut spread = None;
+        let mut set = |numbers: &[f32]| {
+            spread = settings.map("").map(|map| Spread::of(numbers, map.heat.range()));
+            source.set_numbers(numbers);
+        };
         if on_host {
             let [positions, large_scale] = source.last_on_host();
             match settings.show {
@@ -137,16 +142,16 @@ impl Studio {
                     let strains = self
                         .strains
                         .get_or_insert_with(|| Strains::new(&rig.surface().faces, &rig.surface().rest));
-                    source.set_numbers(&strains.measure(positions));
+                    set(&strains.measure(positions));
                 }
                 Show::Detail => {
                     let millimetres = 1e3 * rig.surface().metres_per_unit as f32;
-                    source.set_numbers(&distances(positions, large_scale, millimetres));
+                    set(&distances(positions, large_scale, millimetres));
                 }
                 Show::Numbers => {
                     let numbers = order.numbers.get(settings.numbers);
                     let none = vec![0.0; rig.vertices()];
-                    source.set_numbers(numbers.map_or(&none, |(_, list)| list));
+                    set(numbers.map_or(&none, |(_, list)| list));
                 }
                 Show::Influences => {
                     marks.extend(order.vertex.iter().flat_map(|&v| influence_marks(&rig, positions, v)));
@@ -155,10 +160,10 @@ impl Studio {
             }
         }
         if settings.markers {
-            marks.extend(dots(order, handles));
+            marks.extend(marker_dots::marks(order, handles, &rig.handles().strain_edges));
         }
-        let parts = fineness.parts() as f32;
-        marks.iter_mut().for_each(|mark| mark.width /= parts);
+        let pixels = order.scale / fineness.parts() as f32;
+        marks.iter_mut().for_each(|mark| mark.width *= pixels);
         let drawn = match (settings.look(), &order.skin) {
             (Some(look), _) => Drawn::Look(look),
             (None, Some(skin)) => Drawn::Skin(&skin.0, fineness),
@@ -169,7 +174,7 @@ impl Studio {
             self.canvas.draw(index, source.vertices()?, shown, progress)?;
         times.lighting = lighting;
         times.drawing = begin.elapsed().saturating_sub(lighting).max(drawing);
-        Ok((times, texture))
+        Ok(DrawnSide { times, spread, texture })
     }
 
     fn pick(&mut self, order: &Order, at: [f32; 2]) -> Result<Option<(usize, [f32; 3])>> {
@@ -200,6 +205,14 @@ impl Studio {
     }
 }
 
+/// A side that was drawn.
+struct DrawnSide {
+    times: Times,
+    /// The numbers of its map.
+    spread: Option<Spread>,
+    texture: wgpu::Texture,
+}
+
 /// One side of a picture.
 struct Side<'a> {
     handles: &'a [[f32; 3]],
@@ -220,26 +233,6 @@ fn other(device: Option<&DeviceInfo>, rig: &Rig) -> Result<Option<OtherDevice>> 
 #[cfg(target_arch = "wasm32")]
 fn other(_: Option<&DeviceInfo>, _: &Rig) -> Result<Option<OtherDevice>> {
     Ok(None)
-}
-
-/// The dots of the markers. Selected markers and the one under the pointer are larger. Pinned ones are blue.
-/// Live markers that are not seen fade into their rims.
-fn dots(order: &Order, handles: &[[f32; 3]]) -> Vec<Mark> {
-    let mut marks = Vec::with_capacity(2 * handles.len());
-    for (handle, &at) in handles.iter().enumerate() {
-        let is_taken = order.selected.contains(&handle);
-        let width = if is_taken || order.under == Some(handle) { 11.0 } else { 7.0 };
-        let colour = match (is_taken, order.pinned[handle]) {
-            (true, _) => TAKEN,
-            (false, true) => PINNED,
-            (false, false) => MARKER,
-        };
-        marks.push(Mark::dot(at, RIM, width + 3.0));
-        let faded = 1.0 - order.confidence.get(handle).copied().unwrap_or(1.0);
-        let colour = std::array::from_fn(|c| colour[c] + faded * (RIM[c] - colour[c]));
-        marks.push(Mark::dot(at, colour, width));
-    }
-    marks
 }
 
 /// The lights, with the key light at the chosen direction.

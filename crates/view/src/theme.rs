@@ -5,10 +5,16 @@ use eframe::egui::{self, Color32, Theme, Visuals};
 /// The colour of what is selected or moved: a marker, a play head. It is never that of a text.
 pub(crate) const MARKED: Color32 = Color32::from_rgb(235, 120, 20);
 
+/// The size of small letters, in points.
+const SMALL: f32 = 11.0;
+
 /// Sets the colours of both themes. Every text has a contrast of at least 4.5 : 1 to its ground.
 pub(crate) fn set(context: &egui::Context) {
     for theme in [Theme::Dark, Theme::Light] {
-        context.style_mut_of(theme, |style| legible(&mut style.visuals));
+        context.style_mut_of(theme, |style| {
+            legible(&mut style.visuals);
+            style.text_styles.insert(egui::TextStyle::Small, egui::FontId::proportional(SMALL));
+        });
     }
 }
 

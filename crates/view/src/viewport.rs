@@ -3,10 +3,9 @@
 use crate::app::ViewApp;
 use crate::painter::Then;
 use crate::scene::{Scene, View};
-use crate::settings::{Before, Settings, Show};
-use crate::{theme, welcome};
-use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2, vec2};
-use rhytid_render::Heat;
+use crate::settings::{Before, Settings};
+use crate::{legend, marker_guides, theme, welcome};
+use eframe::egui::{self, Color32, Pos2, Rect, Sense, Vec2, pos2};
 
 /// The distance at which the pointer reaches a marker or the wipe's line, in points. A finger is wider.
 const NEAR: f32 = 12.0;
@@ -43,6 +42,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     let scale = ui.ctx().pixels_per_point();
     let view = View {
         size: [rect.width(), rect.height()].map(|n| (n * scale).round().max(1.0) as u32),
+        scale,
         background: background.to_array(),
         now,
         patience,
@@ -191,33 +191,10 @@ fn paint(scene: &Scene, settings: &Settings, ui: &egui::Ui, rect: Rect) {
         write(ui, pos2(x - 8.0, y), egui::Align2::RIGHT_TOP, settings.before.name());
         write(ui, pos2(x + 8.0, y), egui::Align2::LEFT_TOP, "result");
     }
-    if let Some((heat, words)) = settings.heat() {
-        let numbers = scene.document.numbers().get(settings.numbers);
-        let named = numbers.map(|(name, _)| &**name).filter(|_| settings.show == Show::Numbers);
-        let words = named.unwrap_or(words);
-        legend(ui, rect, heat, words);
+    if let Some(map) = settings.map(scene.document.numbers_name(settings.numbers)) {
+        legend::show(ui, rect, &map, scene.spread);
     }
-}
-
-/// The legend of the colours, in the lower left corner.
-fn legend(ui: &egui::Ui, rect: Rect, heat: Heat, words: &str) {
-    const STEPS: usize = 48;
-    let [low, high] = heat.range();
-    let size = vec2((0.4 * rect.width()).min(200.0), 12.0);
-    let bar = Rect::from_min_size(rect.left_bottom() + vec2(12.0, -40.0), size);
-    let painter = ui.painter();
-    for i in 0..STEPS {
-        let at = |i: usize| bar.left() + bar.width() * i as f32 / STEPS as f32;
-        let number = low + (high - low) * (i as f32 + 0.5) / STEPS as f32;
-        let [r, g, b] = heat.colour(number);
-        let colour = Color32::from(egui::Rgba::from_rgb(r, g, b));
-        let step = Rect::from_min_max(pos2(at(i), bar.top()), pos2(at(i + 1) + 0.5, bar.bottom()));
-        painter.rect_filled(step, 0.0, colour);
-    }
-    let number = |x: f32| egui::emath::format_with_decimals_in_range(x.into(), 0..=9);
-    write(ui, bar.left_bottom() + vec2(0.0, 5.0), egui::Align2::LEFT_TOP, &number(low));
-    write(ui, bar.right_bottom() + vec2(0.0, 5.0), egui::Align2::RIGHT_TOP, &number(high));
-    write(ui, bar.center_top() - vec2(0.0, 5.0), egui::Align2::CENTER_BOTTOM, words);
+    marker_guides::show(scene, settings, ui, rect);
 }
 
 /// Small text over the picture. It has its own background, since the picture behind it may have any colour.

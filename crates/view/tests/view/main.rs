@@ -4,6 +4,7 @@
 mod edits;
 mod files;
 mod live;
+mod markers;
 mod pictures;
 mod pointer;
 mod slow;
