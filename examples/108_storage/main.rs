@@ -123,7 +123,7 @@ fn made() -> Result<(Rig, Vec<f32>)> {
 /// A rig, and frames of a take that are evenly spaced.
 fn read(rig: &Path, take: &Path) -> Result<(Rig, Vec<f32>)> {
     let rig = rig_file::read(rig)?;
-    let take = read_take(take, &rig, Missing::default(), &CleanUp::default(), &NoProgress)?;
+    let take = read_take(take, &rig, Missing::default(), &CleanUp::default(), &NoProgress)?.take;
     let handles = take.handle_positions(&rig.handles().labels)?;
     let frames: Vec<&[f32]> = handles.chunks(3 * rig.handles().len()).collect();
     let count = FRAMES.min(frames.len());

@@ -16,6 +16,12 @@ listed! {
         HoldMissing,
         /// Say how many frames a second of the take has.
         GiveRate,
+        /// Say in which unit and with which axes a take is.
+        GiveTakeSpace,
+        /// Clean a take as one in world space, which takes the head's motion out.
+        CleanAsWorld,
+        /// Take the noise of the markers out.
+        SoftMarkers,
         /// Give the shapes that curves weigh.
         GiveShapes,
         /// Write fewer frames.

@@ -1,19 +1,27 @@
 //! Takes for a rig. Rhytid's own CSV is read as it is, curves play shapes, and files of capture systems go
 //! through the whole clean-up.
 
-use crate::{curve_take, named_shapes};
-use rhytid_capture::{self as capture, Cleaned, Match, Settings, Target, clean, match_by_position};
+use crate::{curve_take, fit, named_shapes};
+use rhytid_capture::{
+    self as capture, Cleaned, Event, Match, Settings, Step, TakeSpace, Target, clean, match_by_position,
+};
 use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
 use rhytid_formats::raw_take::{self, Contents};
 use rhytid_formats::take;
 use rhytid_formats::take::Missing;
 use std::path::{Path, PathBuf};
 
-/// How raw takes are read and cleaned, and what curves play.
+/// How takes are read: raw ones are cleaned, clean ones are brought into the rig's space, and curves play
+/// shapes.
 #[derive(Debug, Clone, Default)]
 pub struct CleanUp {
     /// Frames per second, in place of what the file says.
     pub rate: Option<f64>,
+    /// The unit and axes of a clean take that is not in the rig's space.
+    pub space: Option<TakeSpace>,
+    /// Whether the noise of the markers is taken out ([`capture::soften`]). They are then met within their
+    /// noise, not exactly.
+    pub soft_markers: bool,
     /// Whether a take's CSV is in world space in spite of its format, so that the head's motion is removed.
     pub world: bool,
     /// The steps, and settings for the actor and the session.
@@ -23,38 +31,101 @@ pub struct CleanUp {
     pub shapes: Option<PathBuf>,
 }
 
-/// The take in a file, with all of the rig's handles in every frame. `clean_up` is for raw takes and curves.
-/// `missing` is for Rhytid's own CSV.
+/// A take that was read, and the findings of its clean-up. A take that was not cleaned has none.
+#[derive(Debug, Clone)]
+pub struct ReadTake {
+    /// The take, with all of the rig's handles in every frame.
+    pub take: Take,
+    /// The events of the clean-up.
+    pub events: Vec<Event>,
+}
+
+/// The take in a file, with all of the rig's handles in every frame. `clean_up` says how. `missing` is for
+/// Rhytid's own CSV. A clean take that lacks some handles has them filled in, as those of a raw take.
+///
+/// Warnings of what is likely wrong go to `progress`: times that are not seconds, a head that turns, strains
+/// that no skin has, much noise.
 ///
 /// # Errors
-/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps. For curves, [`Error::Input`]
-/// if there are no shapes, or none of the curves' names.
+/// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps. For a clean take,
+/// [`Error::Input`] if it is recognisably in another space than the rig. For curves, [`Error::Input`] if there
+/// are no shapes, or none of the curves' names.
 pub fn read_take(
     path: &Path,
     rig: &Rig,
     missing: Missing,
     clean_up: &CleanUp,
     progress: &dyn Progress,
-) -> Result<Take> {
-    match raw_take::contents(path) {
+) -> Result<ReadTake> {
+    let in_file = |error: Error| error.in_file(path.display());
+    let warn = |warning: Warning| progress.warn(&warning.in_file(path.display()));
+    let mut events = Vec::new();
+    let mut take = match raw_take::contents(path) {
         Contents::Take => {
-            return reading(progress, || take::read(path, Some(&rig.handles().labels), missing));
+            let mut take = clean_take(path, rig, missing, progress)?;
+            if let Some(rate) = clean_up.rate {
+                take.times = (0..take.frames()).map(|frame| frame as f64 / rate).collect();
+            }
+            if let Some(space) = clean_up.space {
+                space.bring(&mut take, rig.surface().metres_per_unit);
+            }
+            fit::doubts(&take, rig, clean_up.space).map_err(in_file)?.into_iter().for_each(warn);
+            take
         }
         Contents::Curves => {
             let CleanUp { rate, shapes, .. } = clean_up;
-            return reading(progress, || curve_take::read(path, rig, shapes.as_deref(), *rate, progress));
+            reading(progress, || curve_take::read(path, rig, shapes.as_deref(), *rate, progress))?
         }
-        Contents::Raw => {}
+        Contents::Raw => {
+            let cleaned = read_raw_take(path, rig, clean_up, progress)?.0;
+            if cleaned.take.positions.iter().flatten().any(|x| x.is_nan()) {
+                return Err(Error::missing_samples(format!(
+                    "{}: has gaps that its setup leaves open; remove “gaps” from `skip` in the setup",
+                    path.display()
+                )));
+            }
+            log::info!("{}: is a raw take; it was cleaned", path.display());
+            events = cleaned.report.events;
+            cleaned.take
+        }
+    };
+    if clean_up.soft_markers {
+        capture::soften(&mut take).map_err(in_file)?;
+    } else {
+        fit::noise(&take, rig).into_iter().for_each(warn);
     }
-    let take = read_raw_take(path, rig, clean_up, progress)?.0.take;
-    if take.positions.iter().flatten().any(|x| x.is_nan()) {
-        return Err(Error::missing_samples(format!(
-            "{}: has gaps that its setup leaves open; remove “gaps” from `skip` in the setup",
-            path.display()
-        )));
+    Ok(ReadTake { take, events })
+}
+
+/// A clean take, with the handles filled in that it lacks.
+fn clean_take(path: &Path, rig: &Rig, missing: Missing, progress: &dyn Progress) -> Result<Take> {
+    let read = reading(progress, || take::read(path, Some(&rig.handles().labels), missing));
+    match read {
+        // A pipe cannot be read again.
+        Err(error) if path.is_file() => filled(path, rig, progress)?.ok_or(error),
+        read => read,
     }
-    log::info!("{}: is a raw take; it was cleaned", path.display());
-    Ok(take)
+}
+
+/// A clean take that lacks some of the rig's handles, with these filled in.
+///
+/// The clean-up fills them as markers that are never seen, and warns about them. `None` if the take lacks no
+/// handle or most of them, or has labels that the rig does not know.
+fn filled(path: &Path, rig: &Rig, progress: &dyn Progress) -> Result<Option<Take>> {
+    // Other errors were reported already.
+    let Ok(found) = take::read(path, None, Missing::Leave) else { return Ok(None) };
+    let lacking = rig.handles().labels.iter().filter(|label| !found.labels.contains(label)).count();
+    // Unknown labels are probably other names of the missing ones.
+    let is_part = found.labels.iter().all(|label| rig.handles().labels.contains(label));
+    if lacking == 0 || 2 * lacking > rig.handles().labels.len() || !is_part {
+        return Ok(None);
+    }
+    let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];
+    // Whoever reads the take says more of a wrong space than the clean-up does.
+    let skip = skip.into_iter().collect();
+    let settings = Settings { skip, force: true, ..Settings::default() };
+    let clean_up = CleanUp { settings, ..CleanUp::default() };
+    Ok(Some(read_raw_take(path, rig, &clean_up, progress)?.0.take))
 }
 
 /// The take in any readable file, cleaned, with the report of the clean-up.

@@ -36,11 +36,8 @@ pub fn write_rig(path: impl AsRef<Path>, rig: &Rig) -> Result<()> {
 pub struct TakeOptions<'a> {
     /// How a marker that is missing from a frame of a clean take is handled. By default it is an error.
     pub missing: rhytid_core::Missing,
-    /// How a raw take is cleaned.
+    /// How a raw take is cleaned, in which space a clean one is, and whether noise is taken out.
     pub clean_up: rhytid_playback::CleanUp,
-    /// Whether the noise of the markers is taken out ([`soften`](rhytid_capture::soften)). They are then met
-    /// within their noise, not exactly.
-    pub soft_markers: bool,
     /// The receiver of progress, which can cancel the work.
     pub progress: &'a dyn rhytid_core::Progress,
 }
@@ -51,24 +48,19 @@ impl Default for TakeOptions<'_> {
         Self {
             missing: rhytid_core::Missing::default(),
             clean_up: rhytid_playback::CleanUp::default(),
-            soft_markers: false,
             progress: &rhytid_core::NoProgress,
         }
     }
 }
 
 /// Reads a take for a rig. A clean take (CSV) is read as it is. A take of a capture system (C3D, TRC, CSV) is
-/// cleaned.
+/// cleaned. What is likely wrong is a warning of `options.progress`.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) for a fault in the file, for missing markers, or for gaps that the
-/// clean-up leaves. [`Error::Io`](crate::Error::Io).
+/// [`Error::Input`](crate::Error::Input) for a fault in the file, for missing markers, for a clean take that is
+/// plainly in another unit or with other axes, or for gaps that the clean-up leaves. [`Error::Io`](crate::Error::Io).
 #[cfg(feature = "playback")]
 pub fn open_take(path: impl AsRef<Path>, rig: &Rig, options: &TakeOptions<'_>) -> Result<rhytid_core::Take> {
-    let mut take =
-        rhytid_playback::read_take(path.as_ref(), rig, options.missing, &options.clean_up, options.progress)?;
-    if options.soft_markers {
-        rhytid_capture::soften(&mut take)?;
-    }
-    Ok(take)
+    let TakeOptions { missing, clean_up, progress } = options;
+    Ok(rhytid_playback::read_take(path.as_ref(), rig, *missing, clean_up, *progress)?.take)
 }

@@ -187,25 +187,16 @@ fn edits_in(
     }))
 }
 
-/// A take's CSV, or the file of a capture system, which is cleaned up.
+/// A take's CSV, curves, or the file of a capture system, which is cleaned up.
 #[cfg(not(target_arch = "wasm32"))]
 fn take_in(path: &std::path::Path, rig: &Rig, name: String, progress: &dyn Progress) -> Result<Opened> {
-    use rhytid_formats::raw_take::Contents;
-    use rhytid_playback::{CleanUp, read_raw_take, read_take};
+    use rhytid_playback::{CleanUp, read_take};
     FileKind::expect(path, &[FileKind::Take, FileKind::RawTake, FileKind::Curves])?;
-    let clean_up = CleanUp::default();
-    if rhytid_formats::raw_take::is_take_csv(path)
-        || rhytid_formats::raw_take::contents(path) == Contents::Curves
-    {
-        let take = read_take(path, rig, Missing::Hold, &clean_up, progress)?;
-        doubts(&take, rig).into_iter().for_each(|doubt| progress.warn(&doubt.in_file(&name)));
-        return Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }));
-    }
-    let (cleaned, _) = read_raw_take(path, rig, &clean_up, progress)?;
+    let read = read_take(path, rig, Missing::Hold, &CleanUp::default(), progress)?;
     let label = |marker: Option<usize>| {
         marker.and_then(|marker| rig.handles().labels.get(marker)).map_or("head", |l| l)
     };
-    let incidents = cleaned.report.events.iter().map(|event| TimelineEvent {
+    let incidents = read.events.iter().map(|event| TimelineEvent {
         first: event.first,
         frames: event.frames.max(1),
         words: format!("{}: {}", event.kind.name(), label(event.marker)),
@@ -213,26 +204,7 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String, progress: &dyn Progr
         problem: ProblemKind::of(event.kind, event.confidence),
         handles: event.marker.into_iter().chain(event.other).collect(),
     });
-    Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: cleaned.take }))
-}
-
-/// What is likely wrong with a take that was not cleaned.
-#[cfg(not(target_arch = "wasm32"))]
-fn doubts(take: &Take, rig: &Rig) -> Vec<Warning> {
-    use rhytid_capture::{Misfit, Target, gross_strain, misfit};
-    let remedy = match misfit(take, &Target::from_rig(rig)) {
-        None => return gross_strain(take, rig).iter().map(|strain| strain.warning(take)).collect(),
-        Some(misfit @ Misfit::Space(_)) => {
-            format!("{misfit}; bring the take into the rig's unit and axes")
-        }
-        Some(misfit @ Misfit::HeadMotion(_)) => {
-            format!("{misfit}; clean it as a raw take, which takes the head's motion out")
-        }
-        Some(misfit) => {
-            format!("{misfit}; check that rig and take belong together, and that labels name the same places")
-        }
-    };
-    vec![Warning::from(remedy)]
+    Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: read.take }))
 }
 
 /// Files that are being read. Each is handed over as soon as it has been read.

@@ -69,7 +69,7 @@ fn a_raw_take_finds_its_vertices() {
     std::fs::write(raw.path("raw.trc"), text).unwrap();
     refused(
         &format!("{face} {take} -o {other}"),
-        "gives no frame rate; give it with the file, or as `rate` in the take's TOML file (see --rate of `rhytid handles` and `rhytid prepare`, or --take-rate for curves)",
+        "gives no frame rate; give it with the file, or as `rate` in the take's TOML file (see --take-rate N, or --rate N of `rhytid handles` and `rhytid prepare`)",
     );
     assert!(!raw.path("other.csv").exists() && !raw.path("other.png").exists());
     let output = rhytid(&format!("handles {face} {take} -o {other} --frame 0 --rate 30 --allow-elsewhere"));

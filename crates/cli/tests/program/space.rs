@@ -48,9 +48,14 @@ fn a_take_in_another_space_is_refused_with_the_option_that_reads_it() {
         let said = stderr(&output);
         assert_eq!(output.status.code(), Some(2), "{name}: {said}");
         assert!(
-            said.contains("no frame is near the rest pose") && said.contains(&format!("give {option}")),
+            said.contains("no frame is near the rest pose")
+                && said.contains("see --take-unit UNIT, --take-axes AXES"),
             "{name}: {said}"
         );
+        // The sentence has the values of the options.
+        for value in option.split(' ').filter(|word| !word.starts_with("--")) {
+            assert!(said.contains(&format!(" {value} ")), "{name}: {value}: {said}");
+        }
         assert!(!Path::new(&usd).exists(), "{name}: half a file");
         let output = animate(&wrong, option);
         assert!(

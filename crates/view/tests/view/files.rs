@@ -188,3 +188,31 @@ fn numbers_of_a_file_are_a_heat_map_until_another_rig_is_opened() {
     let (words, is_error) = view.state().note().unwrap();
     assert!(is_error && words.contains("none.ply: its vertices have no numbers"), "{words}");
 }
+
+#[test]
+fn a_take_in_another_unit_is_refused_and_a_noisy_one_is_warned_of() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let take = rhytid_demo::performance(&demo().0);
+    let mut metres = take.clone();
+    metres.positions.iter_mut().flatten().for_each(|x| *x *= 0.01);
+    take::write(&folder.path("metres.csv"), &metres).unwrap();
+    open(&mut view, &[folder.path("metres.csv")]);
+    let (words, is_error) = view.state().note().unwrap();
+    assert!(is_error && words.contains("metres.csv: no frame is near the rest pose"), "{words}");
+    assert!(words.contains(" in m"), "{words}");
+    assert_eq!(document(&view).take().unwrap().take, take, "the take before stays");
+    // Half a millimetre up and down in every frame.
+    let mut noisy = take;
+    for (i, x) in noisy.positions.iter_mut().flatten().enumerate() {
+        // The upper bits of a multiple of a large prime are as good as random.
+        *x += if (i as u32).wrapping_mul(2_654_435_761) >> 31 == 0 { 0.05 } else { -0.05 };
+    }
+    take::write(&folder.path("noisy.csv"), &noisy).unwrap();
+    open(&mut view, &[folder.path("noisy.csv")]);
+    let warnings = view.state().warnings();
+    assert!(warnings.iter().any(|words| words.contains("mm of noise per axis")), "{warnings:?}");
+    // The next file has no warning.
+    open(&mut view, &[folder.path("take.csv")]);
+    assert!(view.state().warnings().is_empty(), "{:?}", view.state().warnings());
+}

@@ -198,23 +198,6 @@ fn a_raw_take_is_cleaned_beside_the_face_and_its_warnings_are_shown() {
 }
 
 #[test]
-fn a_clean_take_in_another_unit_is_played_with_a_warning() {
-    let folder = Folder::new();
-    let mut take = rhytid_demo::performance(&demo().0);
-    take.positions.iter_mut().flatten().for_each(|x| *x *= 10.0);
-    rhytid_formats::take::write(&folder.path("large.csv"), &take).unwrap();
-    let mut view = opened(&folder, [900.0, 700.0]);
-    assert!(view.state().warnings().is_empty(), "{:?}", view.state().warnings());
-    open(&mut view, &[folder.path("large.csv")]);
-    let words = view.state().warnings().join("\n");
-    assert!(words.contains("large.csv: no frame is near the rest pose"), "{words}");
-    assert!(document(&view).take().unwrap().name.contains("large.csv"));
-    // The next file has no warning.
-    open(&mut view, &[folder.path("take.csv")]);
-    assert!(view.state().warnings().is_empty());
-}
-
-#[test]
 fn a_file_of_another_kind_is_named() {
     let folder = Folder::new();
     let mesh =
