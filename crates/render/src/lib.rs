@@ -87,7 +87,7 @@ pub use skin::{Gaussian, Lights, SKIN_PROFILE, Skin, SkinRenderer, Sky, Tone};
 pub use target::Target;
 pub use textured::Surface;
 pub use vertices::Vertices;
-pub use words::{Anchor, LEGEND, LINE, SMALL};
+pub use words::{Anchor, LEGEND, LINE, SMALL, letter_scale};
 
 use rhytid_core::{DeviceErrorKind, Error, Result, human};
 

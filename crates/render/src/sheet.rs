@@ -2,7 +2,7 @@
 
 use crate::heat::Heat;
 use crate::picture::Picture;
-use crate::words::{Anchor, LEGEND, LINE};
+use crate::words::{Anchor, LEGEND, LINE, letter_scale};
 use rhytid_core::{Error, Result};
 
 /// Pixels between and around pictures.
@@ -21,6 +21,8 @@ pub struct Sheet {
     /// Pixels above the first row.
     top: u32,
     next: u32,
+    /// The scale of the words.
+    scale: u32,
 }
 
 impl Sheet {
@@ -33,15 +35,17 @@ impl Sheet {
     /// # Errors
     /// [`Error::Input`] if the page would have more than 268 million pixels.
     pub fn new(count: u32, size: [u32; 2], titles: &[&str], legends: &[(Heat, &str)]) -> Result<Self> {
-        let cell = [size[0].saturating_add(GAP), size[1].saturating_add(LINE + GAP)];
+        let scale = letter_scale(size);
+        let (line, legend) = (LINE * scale, LEGEND.map(|n| n * scale));
+        let cell = [size[0].saturating_add(GAP), size[1].saturating_add(line + GAP)];
         // This makes the page about as wide as a screen.
         let ideal = (f64::from(count) * f64::from(cell[1]) / f64::from(cell[0]) * 1.6).sqrt().round();
         let rows = count.div_ceil((ideal as u32).max(1)).max(1);
         // The last row has as few empty places as possible.
         let columns = count.div_ceil(rows).max(1);
-        let top = GAP + if titles.is_empty() { 0 } else { LINE };
-        let foot = if legends.is_empty() { 0 } else { LEGEND[1] + LINE + GAP };
-        let least = GAP + legends.len() as u32 * (LEGEND[0] + 4 * GAP);
+        let top = GAP + if titles.is_empty() { 0 } else { line };
+        let foot = if legends.is_empty() { 0 } else { legend[1] + line + GAP };
+        let least = GAP + legends.len() as u32 * (legend[0] + 4 * GAP);
         let width = columns.saturating_mul(cell[0]).saturating_add(GAP).max(least);
         let height = rows.saturating_mul(cell[1]).saturating_add(top + foot);
         if u64::from(width) * u64::from(height) > MOST {
@@ -54,19 +58,19 @@ impl Sheet {
         let [r, g, b] = PAPER;
         let mut page = Picture::filled([width, height], [r, g, b, 255]);
         for (i, (heat, title)) in (0..).zip(legends) {
-            let at = [2 * GAP + i * (LEGEND[0] + 4 * GAP), rows * cell[1] + top];
-            page.legend(*heat, title, at, INK);
+            let at = [2 * GAP + i * (legend[0] + 4 * GAP), rows * cell[1] + top];
+            page.legend(*heat, title, at, INK, scale);
         }
         let part = size[0] / titles.len().max(1) as u32;
         for column in 0..columns {
             for (i, title) in (0..).zip(titles) {
                 let middle = GAP + column * cell[0] + i * part + part / 2;
                 // Letters are 10 pixels wide.
-                let title: String = title.chars().take((part / 10) as usize).collect();
-                page.write(&title, [middle as i32, GAP as i32], Anchor::Center, INK);
+                let title: String = title.chars().take((part / (10 * scale)) as usize).collect();
+                page.write(&title, [middle as i32, GAP as i32], Anchor::Center, INK, scale);
             }
         }
-        Ok(Self { page, cell, columns, top, next: 0 })
+        Ok(Self { page, cell, columns, top, next: 0, scale })
     }
 
     /// Adds the next picture to the page, with `words` below it.
@@ -76,7 +80,7 @@ impl Sheet {
         let at = [GAP + column * self.cell[0], self.top + row * self.cell[1]];
         self.page.put(picture, at);
         let middle = [(at[0] + picture.size[0] / 2) as i32, (at[1] + picture.size[1] + 2) as i32];
-        self.page.write(words, middle, Anchor::Center, INK);
+        self.page.write(words, middle, Anchor::Center, INK, self.scale);
     }
 
     /// The page.

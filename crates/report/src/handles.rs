@@ -117,7 +117,7 @@ fn foot(entries: &[Entry], width: u32) -> Picture {
             strip.put(&Picture::filled([DOT, DOT], [r, g, b, 255]), [x, (FOOT - DOT) / 2]);
             x += DOT + 10;
         }
-        strip.write(words, [x as i32, (FOOT as i32 - 20) / 2], Anchor::Left, RIM);
+        strip.write(words, [x as i32, (FOOT as i32 - 20) / 2], Anchor::Left, RIM, 1);
         x += 10 * words.chars().count() as u32 + 40;
     }
     strip

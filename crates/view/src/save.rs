@@ -7,7 +7,7 @@ use crate::painter::Job;
 use rhytid_core::{AtomicFile, Error, Mesh, Result};
 use rhytid_formats::edits::{Curve, Ease, Edits, Offset};
 use rhytid_formats::{edits, mesh, take};
-use rhytid_render::{LEGEND, Picture};
+use rhytid_render::{LEGEND, Picture, letter_scale};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -63,9 +63,10 @@ pub(crate) fn write_legend(picture: &mut Picture, order: &Order) {
     let Some(map) = order.settings.map(name) else { return };
     // The picture's legend has the numbers themselves, without the factor of the unit.
     let title = if map.factor == 1.0 { map.title_with_unit() } else { map.title.to_owned() };
-    let at = [16, picture.size[1].saturating_sub(LEGEND[1] + 16)];
+    let scale = letter_scale(picture.size);
+    let at = [16, picture.size[1].saturating_sub(scale * LEGEND[1] + 16)];
     let is_dark = order.background[..3].iter().map(|x| u32::from(*x)).sum::<u32>() < 3 * 128;
-    picture.legend(map.heat, &title, at, if is_dark { [255; 3] } else { [0; 3] });
+    picture.legend(map.heat, &title, at, if is_dark { [255; 3] } else { [0; 3] }, scale);
 }
 
 /// Writes a frame beside the rig's file.

@@ -97,6 +97,10 @@ pub(crate) struct Render {
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = parse_range, help_heading = SHOW)]
     pub error_range: f32,
 
+    /// Draw maps without light, in exactly the colours of the legend.
+    #[arg(long, help_heading = SHOW)]
+    pub unlit: bool,
+
     #[command(flatten)]
     pub skin: SkinLight,
 

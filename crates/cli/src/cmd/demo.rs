@@ -232,6 +232,7 @@ fn draw(
         detail_range: 1.0,
         sigma_range: 2.0,
         error_range: 1.0,
+        unlit: false,
         before: None,
         compare: None,
         truth_frames: None,

@@ -179,7 +179,7 @@ fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
     };
     f.write("truth/first.obj", f.read_text("neutral.obj").lines().map(nearer).collect::<String>());
     f.write("frames.csv", "frame\n0\n");
-    f.done("render face.safetensors take.csv -o out/e{frame}.png --size 90x70 --compare truth --truth-frames frames.csv --show error --error-range 0.8");
+    f.done("render face.safetensors take.csv -o out/e{frame}.png --size 90x70 --compare truth --truth-frames frames.csv --show error --error-range 0.8 --unlit");
     let (info, pixels) = png(&f.read("out/e00000.png"));
     let row = pixels.chunks(4 * info.width as usize).nth(35).unwrap();
     // Three quarters of the way along the colours, in Oklab: lightness 0.7575, chroma 0.13, hue 63.75
@@ -189,6 +189,20 @@ fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
         let found = &row[4 * x..][..3];
         assert!(found.iter().zip(expected).all(|(a, b): (&u8, u8)| a.abs_diff(b) <= 2), "{found:?} at {x}");
     }
+    // Light shows the form: the same number has several colours.
+    let colours = |options: &str| {
+        f.done(&format!(
+            "render face.safetensors take.csv -o out/map.png --size 90x70 --show detail --frames 8..9 {options}"
+        ));
+        let (_, pixels) = png(&f.read("out/map.png"));
+        pixels
+            .chunks(4)
+            .map(|pixel| [pixel[0], pixel[1], pixel[2]])
+            .collect::<std::collections::HashSet<_>>()
+            .len()
+    };
+    let [lit, unlit] = ["", "--unlit"].map(colours);
+    assert!(lit > 2 * unlit, "{lit} colours with light, {unlit} without");
 }
 
 /// The limit on a file's size stands for a full disk.

@@ -5,7 +5,7 @@ use rhytid_backend_wgpu::Wgpu;
 use rhytid_core::{Faces, Materials, UpAxis, Uvs};
 use rhytid_render::{
     Anchor, Camera, FrameBuffers, Heat, LEGEND, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sphere,
-    Surface, View,
+    Surface, View, letter_scale,
 };
 use std::sync::Arc;
 
@@ -487,7 +487,7 @@ fn sizes_that_cannot_be_are_refused() {
 fn a_legend_shows_the_colours_and_their_numbers() {
     let mut picture = Picture::filled([400, 120], [255; 4]);
     let heat = Heat::Signed(0.25);
-    picture.legend(heat, "strain", [40, 10], [0; 3]);
+    picture.legend(heat, "strain", [40, 10], [0; 3], 1);
     for part in [0.01, 0.25, 0.5, 0.75, 0.99] {
         let x = 40 + (part * LEGEND[0] as f32) as u32;
         near(picture.pixel([x, 10 + 24 + 4]), heat.colour(0.5 * part - 0.25), "legend");
@@ -498,6 +498,19 @@ fn a_legend_shows_the_colours_and_their_numbers() {
         assert!(dark > 3, "{dark}");
     }
     let mut small = Picture::filled([20, 20], [0; 4]);
-    small.write("beyond the edge", [-30, 10], Anchor::Left, [255; 3]);
-    small.legend(heat, "strain", [10, 10], [255; 3]);
+    small.write("beyond the edge", [-30, 10], Anchor::Left, [255; 3], 1);
+    small.legend(heat, "strain", [10, 10], [255; 3], 1);
+    // Twice the scale has each dot as four.
+    let dark = |picture: &Picture| {
+        let [width, height] = picture.size;
+        let places = (0..width).flat_map(|x| (0..height).map(move |y| [x, y]));
+        places.filter(|at| picture.pixel(*at) == [0, 0, 0, 255]).count()
+    };
+    let [once, twice] = [1, 2].map(|scale| {
+        let mut page = Picture::filled([200, 60], [255; 4]);
+        page.write("frame 12", [100, 5], Anchor::Center, [0; 3], scale);
+        dark(&page)
+    });
+    assert!(once > 100 && twice == 4 * once, "{once} and {twice}");
+    assert_eq!([[320, 240], [900, 900], [1920, 1080], [4096, 4096]].map(letter_scale), [1, 2, 2, 8]);
 }

@@ -10,7 +10,8 @@ use rhytid::devices::wgpu::Wgpu;
 use rhytid::geometry::{PrincipalStrains, StrainGauge};
 use rhytid::render::{
     Anchor, Camera, FrameBuffers, Heat, LINE, Look, Mark, Offscreen, Overlay, Picture, Renderer, Sheet,
-    Sphere, Strains, View, around_handles, distances, influence_marks, marker_marks, tangent_frame_marks,
+    Sphere, Strains, View, around_handles, distances, influence_marks, letter_scale, marker_marks,
+    tangent_frame_marks,
 };
 use rhytid::{Result, Rig};
 use std::time::Duration;
@@ -35,6 +36,8 @@ pub(super) struct Pictures<'a> {
     background: [u8; 4],
     /// The points that fit into the picture; `None` for a camera that goes around.
     framed: Option<Vec<[f32; 3]>>,
+    /// Whether maps have no light.
+    unlit: bool,
     strains: Option<Strains>,
     gauge: Option<StrainGauge>,
     millimetres: f32,
@@ -129,6 +132,7 @@ impl<'a> Pictures<'a> {
                 (false, true) => Some(rig.surface().rest.clone()),
                 (false, false) => Some(around_handles(&rig.handles().rest, &rig.surface().rest)),
             },
+            unlit: args.unlit,
             strains: args
                 .show
                 .contains(&Show::Strain)
@@ -145,12 +149,17 @@ impl<'a> Pictures<'a> {
     /// The size of all cells side by side.
     pub(super) fn size(&self) -> [u32; 2] {
         let [width, height] = self.page.size();
-        [width.saturating_mul(self.cells.len() as u32), height + self.lines() * LINE]
+        [width.saturating_mul(self.cells.len() as u32), height + self.lines() * self.line()]
     }
 
     /// The time of lighting skin, if skin is shown.
     pub(super) fn lighting(&self) -> Option<Duration> {
         self.skin.as_ref().map(|skin| skin.time)
+    }
+
+    /// Pixels of a line of words.
+    fn line(&self) -> u32 {
+        LINE * letter_scale(self.page.size())
     }
 
     /// Lines of words below each cell.
@@ -210,7 +219,8 @@ impl<'a> Pictures<'a> {
             {
                 skin.light(vertices, &camera, aspect)?;
             }
-            let look = cell.show.look().or(cell.heat.map(Look::Heat)).unwrap_or(Look::Smooth);
+            let coloured = cell.heat.map(if self.unlit { Look::Heat } else { Look::LitHeat });
+            let look = cell.show.look().or(coloured).unwrap_or(Look::Smooth);
             self.renderer.show(&camera, aspect, look);
             let marks = self.marks(cell, shape);
             if let Some(marks) = &marks {
@@ -229,10 +239,11 @@ impl<'a> Pictures<'a> {
             picture.put(&part, [i * width, 0]);
             if let Some(words) = &self.words {
                 // A picture of its own cuts long words at the end of the cell.
-                let mut line = Picture::filled([width, self.lines() * LINE], self.background);
+                let mut line = Picture::filled([width, self.lines() * self.line()], self.background);
                 for (y, words) in (0..).zip(caption(cell, words, &numbers)) {
-                    let top = [width as i32 / 2, 2 + y * LINE as i32];
-                    line.write(&words, top, Anchor::Center, ink(self.background));
+                    let top = [width as i32 / 2, 2 + y * self.line() as i32];
+                    let scale = letter_scale(self.page.size());
+                    line.write(&words, top, Anchor::Center, ink(self.background), scale);
                 }
                 picture.put(&line, [i * width, height]);
             }
