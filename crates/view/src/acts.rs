@@ -1,6 +1,7 @@
 //! The effects of commands.
 
 use crate::commands::Command;
+use crate::events;
 use crate::scene::Scene;
 use crate::settings::Settings;
 use crate::soft_selection::Drag;
@@ -15,9 +16,19 @@ impl Scene {
         let transport = &mut self.document.transport;
         match command {
             Command::Play => transport.toggle(),
-            Command::Loop => transport.looping = !transport.looping,
-            Command::Next => transport.step(1),
-            Command::Previous => transport.step(-1),
+            Command::Repeat => transport.repeat = transport.repeat.next(),
+            Command::Step(frames) => transport.step(frames),
+            Command::Begin => transport.set_begin(transport.frame()),
+            Command::End => transport.set_end(transport.frame()),
+            Command::ResetRange => transport.reset_range(),
+            Command::Event(step) => {
+                let events = events::of(&self.document);
+                let transport = &mut self.document.transport;
+                if let Some(frame) = events::beside(&events, transport, step) {
+                    transport.playing = false;
+                    transport.seek(frame);
+                }
+            }
             Command::First => transport.seek(0),
             Command::Last => transport.seek(usize::MAX),
             Command::Undo => {
@@ -54,6 +65,7 @@ impl Scene {
             | Command::Names
             | Command::Panels
             | Command::Keys
+            | Command::Events
             | Command::Look(_)
             | Command::Screenshot
             | Command::SaveFrame

@@ -54,6 +54,8 @@ pub struct ViewApp {
     pub(crate) keys_shown: bool,
     /// The window's title.
     pub(crate) title: String,
+    /// Whether the list of events is open.
+    pub(crate) events_shown: bool,
     /// `None` until the user opens or closes it.
     panel_shown: Option<bool>,
     /// The devices that can evaluate a frame, and the chosen one. `None` for the device that draws.
@@ -117,6 +119,7 @@ impl ViewApp {
             began: Instant::now(),
             keys_shown: false,
             title: String::new(),
+            events_shown: false,
             panel_shown: None,
             devices: Vec::new(),
             device: None,
@@ -331,6 +334,7 @@ impl ViewApp {
             #[cfg(not(target_arch = "wasm32"))]
             Command::Open => self.choose(),
             Command::Keys => self.keys_shown = !self.keys_shown,
+            Command::Events => self.events_shown = !self.events_shown,
             Command::Deselect if self.keys_shown => self.keys_shown = false,
             Command::Panels => self.panel_shown = Some(!self.is_panel_shown(width)),
             Command::Mirror => self.settings.mirrored = !self.settings.mirrored,

@@ -6,11 +6,20 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers, Ui};
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Command {
     Play,
-    Loop,
-    Next,
-    Previous,
+    Repeat,
+    /// By so many frames.
+    Step(isize),
     First,
     Last,
+    /// The range that plays begins here.
+    Begin,
+    /// The range that plays ends here.
+    End,
+    ResetRange,
+    /// The next event, or the one before.
+    Event(isize),
+    /// The list of events.
+    Events,
     Undo,
     Redo,
     Reset,
@@ -120,33 +129,48 @@ const fn on(command: Command, modifiers: Modifiers, key: Key, words: &'static st
 const NONE: Modifiers = Modifiers::NONE;
 const COMMAND: Modifiers = Modifiers::COMMAND;
 const ALT: Modifiers = Modifiers::ALT;
+const SHIFT: Modifiers = Modifiers::SHIFT;
 const REDO: Modifiers = Modifiers { shift: true, ..Modifiers::COMMAND };
 
 /// Every key, in the order of the sheet. For the same key, bindings with more modifiers come first.
 pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Play, NONE, Key::Space, "play or pause"),
-    on(Command::Loop, NONE, Key::L, "loop at the end: on or off"),
-    on(Command::Next, NONE, Key::Period, "next frame"),
-    on(Command::Previous, NONE, Key::Comma, "previous frame"),
-    on(Command::First, NONE, Key::Home, "first frame"),
-    on(Command::Last, NONE, Key::End, "last frame"),
-    on(Command::NextMarker, NONE, Key::N, "select the next marker"),
-    on(Command::PreviousMarker, NONE, Key::B, "select the previous marker"),
-    on(Command::Deselect, NONE, Key::Escape, "close this list, deselect all markers, or cancel a drag"),
+    on(Command::Repeat, NONE, Key::L, "at the end: once, loop or ping-pong"),
     on(Command::Nudge(-1, 0), ALT, Key::ArrowLeft, "move the selected markers by a millimetre"),
     on(Command::Nudge(1, 0), ALT, Key::ArrowRight, ""),
     on(Command::Nudge(0, 1), ALT, Key::ArrowUp, ""),
     on(Command::Nudge(0, -1), ALT, Key::ArrowDown, ""),
+    on(Command::Turn(-5, 0), COMMAND, Key::ArrowLeft, "turn the face"),
+    on(Command::Turn(5, 0), COMMAND, Key::ArrowRight, ""),
+    on(Command::Turn(0, -5), COMMAND, Key::ArrowUp, ""),
+    on(Command::Turn(0, 5), COMMAND, Key::ArrowDown, ""),
+    on(Command::Step(-10), SHIFT, Key::ArrowLeft, "ten frames back or on"),
+    on(Command::Step(10), SHIFT, Key::ArrowRight, ""),
+    on(Command::Step(-1), NONE, Key::ArrowLeft, "the frame before or after"),
+    on(Command::Step(1), NONE, Key::ArrowRight, ""),
+    on(Command::Step(-1), NONE, Key::Comma, ""),
+    on(Command::Step(1), NONE, Key::Period, ""),
+    on(Command::First, NONE, Key::Home, "first frame"),
+    on(Command::Last, NONE, Key::End, "last frame"),
+    // In a browser, dialogs and the tab belong to the browser.
+    #[cfg(not(target_arch = "wasm32"))]
+    on(Command::Open, COMMAND, Key::O, "open files"),
+    on(Command::Begin, NONE, Key::I, "play from this frame on"),
+    on(Command::End, NONE, Key::O, "play up to this frame"),
+    on(Command::ResetRange, NONE, Key::U, "play all frames"),
+    on(Command::SaveEdits, COMMAND, Key::E, "save the drags of markers, as an edit"),
+    on(Command::Event(-1), NONE, Key::PageUp, "the event before or after"),
+    on(Command::Event(1), NONE, Key::PageDown, ""),
+    on(Command::Events, NONE, Key::E, "show or hide the list of events"),
+    on(Command::NextMarker, NONE, Key::N, "select the next marker"),
+    on(Command::PreviousMarker, NONE, Key::B, "select the previous marker"),
+    on(Command::Deselect, NONE, Key::Escape, "close this list, deselect all markers, or cancel a drag"),
     on(Command::Pin, NONE, Key::P, "pin the selected markers, or unpin them"),
     on(Command::Mirror, NONE, Key::M, "mirrored drags: on or off"),
     on(Command::Names, NONE, Key::A, "names of all markers: on or off"),
     on(Command::Reset, NONE, Key::R, "reset the selected markers, or all of them"),
     on(Command::Redo, REDO, Key::Z, "redo"),
     on(Command::Undo, COMMAND, Key::Z, "undo"),
-    on(Command::Turn(-5, 0), NONE, Key::ArrowLeft, "turn the face"),
-    on(Command::Turn(5, 0), NONE, Key::ArrowRight, ""),
-    on(Command::Turn(0, -5), NONE, Key::ArrowUp, ""),
-    on(Command::Turn(0, 5), NONE, Key::ArrowDown, ""),
     on(Command::Nearer, NONE, Key::Plus, "zoom in"),
     on(Command::Nearer, NONE, Key::Equals, ""),
     on(Command::Farther, NONE, Key::Minus, "zoom out"),
@@ -164,11 +188,8 @@ pub(crate) const BINDINGS: &[Binding] = &[
     on(Command::Look(7), NONE, Key::F8, ""),
     on(Command::Look(8), NONE, Key::F9, ""),
     on(Command::SaveExample, REDO, Key::S, "save the frame as a mesh, for an example"),
-    on(Command::SaveEdits, COMMAND, Key::E, "save the drags of markers, as an edit"),
     on(Command::SaveFrame, COMMAND, Key::S, "save the frame as a take"),
     on(Command::Screenshot, NONE, Key::S, "save the picture"),
-    #[cfg(not(target_arch = "wasm32"))]
-    on(Command::Open, COMMAND, Key::O, "open files"),
     on(Command::Panels, NONE, Key::T, "show or hide the panel"),
     on(Command::Keys, NONE, Key::H, "show or hide this list"),
     // In a browser, the tab belongs to the browser.
@@ -187,8 +208,10 @@ pub(crate) fn pressed(ui: &Ui) -> Vec<Command> {
         let mut commands = Vec::new();
         for binding in BINDINGS {
             // A widget with the focus uses these keys itself.
-            let of_widgets = matches!(binding.key.logical_key, Key::Space | Key::Enter)
-                || matches!(binding.command, Command::Turn(..));
+            let key = binding.key.logical_key;
+            let is_arrow = matches!(key, Key::ArrowLeft | Key::ArrowRight | Key::ArrowUp | Key::ArrowDown);
+            let of_widgets =
+                matches!(key, Key::Space | Key::Enter) || is_arrow && binding.key.modifiers == NONE;
             let count = match focused && of_widgets {
                 true => 0,
                 false => input.count_and_consume_key(binding.key.modifiers, binding.key.logical_key),

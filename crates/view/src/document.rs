@@ -1,6 +1,7 @@
 //! The open document: a rig, a take, and the drags of markers.
 
 use crate::edits::{EditedFrame, OpenEdits};
+use crate::events::doubts;
 use crate::history::History;
 use crate::problems::{Problem, ProblemKind, strains};
 use crate::same::Same;
@@ -64,8 +65,8 @@ pub struct Document {
     /// The take's edits, if any.
     edits: Option<OpenEdits>,
     edited: bool,
-    /// The lowest confidence of the handles in each frame. Empty where all positions are measured.
-    confidence: Vec<f32>,
+    /// The stretches in which markers are in doubt, of a take that was not cleaned here.
+    doubts: Vec<TimelineEvent>,
     /// Numbers of a file. Each set has one for every vertex.
     numbers: Same<Vec<Numbers>>,
     /// Live positions, H × 3, and the confidence of each handle. They replace the take's.
@@ -94,7 +95,7 @@ impl Document {
             positions: Vec::new(),
             edits: None,
             edited: true,
-            confidence: Vec::new(),
+            doubts: Vec::new(),
             numbers: Same::new(Vec::new()),
             live: None,
             transport: Transport::new(&[0.0], 30.0),
@@ -119,11 +120,7 @@ impl Document {
         let columns: Vec<usize> = (self.rig.handles().labels.iter())
             .filter_map(|label| open.take.labels.iter().position(|other| other == label))
             .collect();
-        let confidence = open.take.confidence.iter().flat_map(|confidence| {
-            let least = |frame: &[f32]| columns.iter().map(|&c| frame[c]).fold(1.0, f32::min);
-            confidence.chunks_exact(open.take.labels.len().max(1)).map(least)
-        });
-        self.confidence = confidence.collect();
+        self.doubts = if open.incidents.is_empty() { doubts(&open.take, &columns) } else { Vec::new() };
         self.transport = Transport::new(&open.take.times, open.take.rate());
         self.positions = positions;
         self.edits = None;
@@ -183,10 +180,14 @@ impl Document {
         })
     }
 
-    /// The lowest confidence of the handles in each frame, from 0 to 1. Empty where all positions are
-    /// measured.
-    pub fn confidence(&self) -> &[f32] {
-        &self.confidence
+    /// What was found in the take: by the clean-up, or else where markers are in doubt.
+    pub(crate) fn findings(&self) -> impl Iterator<Item = &TimelineEvent> {
+        self.take.iter().flat_map(|open| &open.incidents).chain(&self.doubts)
+    }
+
+    /// The frames that the edits change. None where the edits are not shown.
+    pub(crate) fn edit_spans(&self) -> &[TimelineEvent] {
+        self.shown_edits().map_or(&[], |edits| &edits.spans)
     }
 
     /// Offers these numbers for display: each set has a name and V numbers. NaN marks a vertex without a

@@ -3,7 +3,7 @@
 use crate::app::{Note, ViewApp};
 use crate::document::Document;
 use crate::open::Source;
-use crate::{busy, commands, keys, panel, theme, timeline, viewport};
+use crate::{busy, commands, events, keys, panel, theme, timeline, viewport};
 use eframe::egui;
 use std::sync::PoisonError;
 
@@ -56,6 +56,7 @@ impl eframe::App for ViewApp {
         busy::show(self, &context);
         hovering(&context);
         self.set_title(&context);
+        events::list(self, &context);
     }
 }
 

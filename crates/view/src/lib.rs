@@ -34,6 +34,7 @@ mod dialog;
 mod document;
 mod each_frame;
 mod edits;
+mod events;
 mod files;
 mod frame_source;
 mod gpu;
@@ -57,6 +58,7 @@ mod pick;
 mod problems;
 #[cfg(not(target_arch = "wasm32"))]
 mod recent;
+mod ruler;
 mod same;
 #[cfg(not(target_arch = "wasm32"))]
 mod save;
@@ -90,6 +92,6 @@ pub use problems::{Problem, ProblemKind};
 pub use scene::Times;
 pub use settings::{Before, Settings, Show};
 pub use soft_selection::{Drag, SoftSelection};
-pub use transport::Transport;
+pub use transport::{Repeat, Transport};
 #[cfg(not(target_arch = "wasm32"))]
 pub use window::{WindowOptions, run};

@@ -181,8 +181,9 @@ fn edits_in(
     let devices = rhytid_backend_cpu::Cpu::devices()?;
     let on_frames = Same::new(FrameEdits::new(&layers, rig, &edited, &devices, progress)?);
     Ok(Opened::Edits(OpenEdits {
-        name,
         positions: edited.take.handle_positions(&rig.handles().labels)?,
+        spans: crate::edits::spans(&rhytid_formats::edits::parse(layers.text(), &name)?, take.frames()),
+        name,
         on_frames,
     }))
 }

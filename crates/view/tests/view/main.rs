@@ -71,7 +71,13 @@ fn window(size: [f32; 2], allow: bool) -> View {
 
 /// An empty window, set up by `set`.
 fn window_of(size: [f32; 2], allow: bool, set: impl FnOnce(ViewApp) -> ViewApp) -> View {
-    let builder = Harness::builder().with_size(size).with_step_dt(1.0 / 60.0).with_render_cursor(false);
+    window_on(1.0, size, allow, set)
+}
+
+/// The same on a screen with `scale` pixels in a point.
+fn window_on(scale: f32, size: [f32; 2], allow: bool, set: impl FnOnce(ViewApp) -> ViewApp) -> View {
+    let builder = Harness::builder().with_size(size).with_pixels_per_point(scale);
+    let builder = builder.with_step_dt(1.0 / 60.0).with_render_cursor(false);
     let builder = if allow { builder.allow_missing_glyphs() } else { builder };
     builder.wgpu_setup(setup()).build_eframe(|context| set(ViewApp::new(context).unwrap()))
 }
@@ -166,11 +172,17 @@ fn click(view: &mut View, at: Pos2, modifiers: Modifiers) {
     view.step();
 }
 
+/// The place of a frame on the time line. The first and the last frame stand 8 points from its ends.
+fn on_strip(view: &View, frame: usize) -> Pos2 {
+    let strip = view.get_by_label("Time line").rect().shrink2(egui::vec2(8.0, 0.0));
+    let part = frame as f32 / (document(view).transport.frames() - 1) as f32;
+    egui::pos2(strip.left() + part * strip.width(), strip.center().y)
+}
+
 /// Shows a frame, by a click on the time line.
 fn seek(view: &mut View, frame: usize) {
-    let strip = view.get_by_label("Time line").rect();
-    let part = frame as f32 / (document(view).transport.frames() - 1) as f32;
-    click(view, egui::pos2(strip.left() + part * strip.width(), strip.center().y), Modifiers::NONE);
+    let place = on_strip(view, frame);
+    click(view, place, Modifiers::NONE);
     view.run();
     assert!(document(view).transport.frame().abs_diff(frame) <= 1);
 }
