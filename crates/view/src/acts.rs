@@ -38,6 +38,7 @@ impl Scene {
                 self.document.redo();
             }
             Command::Reset => self.document.reset(&self.selected),
+            Command::DeletePull => self.document.delete_pull(),
             Command::Pin => self.document.toggle_pins(&self.selected),
             Command::NextMarker => self.take_next(1),
             Command::PreviousMarker => self.take_next(-1),

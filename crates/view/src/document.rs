@@ -1,23 +1,29 @@
 //! The open document: a rig, a take, and the drags of markers.
 
+mod pulled;
+
+pub use pulled::NewPulls;
+
 use crate::edits::{EditedFrame, OpenEdits};
 use crate::events::doubts;
 use crate::history::History;
 use crate::problems::{Problem, ProblemKind, strains};
+use crate::pulls::{Pull, When};
 use crate::same::Same;
-use crate::soft_selection::{Drag, SoftSelection};
+use crate::soft_selection::SoftSelection;
 use crate::transport::Transport;
 use glam::Vec3;
 use rhytid_capture::{StrainLimit, Target};
+use pulled::DragStart;
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use std::sync::Arc;
 
-/// The drags of markers, on top of the take. Undo and redo change them.
+/// The pulls of markers, on top of the take. Undo and redo change them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Pose {
-    /// H vectors in mesh units that are added to the take's handle positions.
-    pub offsets: Vec<[f32; 3]>,
+    /// They are added to the take's handle positions.
+    pub pulls: Vec<Pull>,
     /// H: the handles that stay where they are while others are dragged.
     pub pinned: Vec<bool>,
 }
@@ -78,15 +84,19 @@ pub struct Document {
     strain_limits: Vec<StrainLimit>,
     pose: Pose,
     history: History<Pose>,
-    /// The pose before the present drag.
-    before_drag: Option<Pose>,
+    dragging: Option<DragStart>,
+    /// When new pulls act.
+    pub new_pulls: NewPulls,
+    selected_pull: Option<usize>,
+    /// The pulls that were saved last.
+    saved_pulls: Vec<Pull>,
 }
 
 impl Document {
     /// A rig at rest.
     pub fn new(rig: Arc<Rig>, name: &str) -> Self {
         let rest = rig.handles().rest.clone();
-        let pose = Pose { offsets: vec![[0.0; 3]; rest.len()], pinned: vec![false; rest.len()] };
+        let pose = Pose { pulls: Vec::new(), pinned: vec![false; rest.len()] };
         Self {
             soft_selection: SoftSelection::new(&rig),
             strain_limits: Target::from_rig(&rig).strains,
@@ -101,7 +111,10 @@ impl Document {
             transport: Transport::new(&[0.0], 30.0),
             pose,
             history: History::default(),
-            before_drag: None,
+            dragging: None,
+            new_pulls: NewPulls { when: When::Whole, ease: [0.2; 2] },
+            selected_pull: None,
+            saved_pulls: Vec::new(),
             rest,
             rig,
         }
@@ -167,11 +180,17 @@ impl Document {
         self.edits.as_ref().filter(|_| self.edited && self.live.is_none())
     }
 
+    /// The edits that are shown, as their file has them.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn shown_layers(&self) -> Option<&crate::edits::Layers> {
+        self.shown_edits().map(|edits| &*edits.layers)
+    }
+
     /// The effects of edits on the frame that is shown, apart from moves of handles.
     pub(crate) fn frame_edits(&self) -> Option<EditedFrame> {
         let edits = &self.shown_edits()?.on_frames;
         let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
-        let without = sums(&self.handles(false), &self.pose.offsets);
+        let without = sums(&self.handles(false), &self.pulled(self.transport.frame()));
         let without = Some(without).filter(|without| edits.has_falloff() && *without != self.handles(true));
         (without.is_some() || edits.touches(time)).then(|| EditedFrame {
             edits: edits.clone(),
@@ -242,7 +261,7 @@ impl Document {
         if !dragged {
             return base.to_vec();
         }
-        sums(base, &self.pose.offsets)
+        sums(base, &self.pulled(frame))
     }
 
     /// What is wrong with the markers in the frame that is shown: what the clean-up found there, and strains
@@ -270,7 +289,7 @@ impl Document {
         [x, y, z, Vec3::new(x, y, z).length()]
     }
 
-    /// The drags of markers.
+    /// The pulls of markers, and which handles are pinned.
     pub fn pose(&self) -> &Pose {
         &self.pose
     }
@@ -280,33 +299,9 @@ impl Document {
         &self.soft_selection
     }
 
-    /// Begins a drag. All changes up to its end are one step to undo.
-    pub fn begin_drag(&mut self) {
-        self.before_drag = Some(self.pose.clone());
-    }
-
-    /// Drags handles by an amount that is counted from the beginning of the drag. Without one, it is counted
-    /// from the present pose.
-    pub fn drag(&mut self, drag: Drag<'_>) {
-        let moved = self.soft_selection.drag(drag);
-        let from = self.before_drag.as_ref().unwrap_or(&self.pose);
-        self.pose.offsets = sums(&from.offsets, &moved);
-    }
-
-    /// Ends the drag. If `keep` is false, the drag is undone.
-    pub fn end_drag(&mut self, keep: bool) {
-        if let Some(before) = self.before_drag.take() {
-            match keep {
-                true if before != self.pose => self.history.record(before),
-                true => {}
-                false => self.pose = before,
-            }
-        }
-    }
-
     /// Whether handles are being dragged.
     pub fn is_dragging(&self) -> bool {
-        self.before_drag.is_some()
+        self.dragging.is_some()
     }
 
     /// Pins handles, or unpins them if all of them are pinned.
@@ -314,14 +309,6 @@ impl Document {
         self.change(|pose| {
             let all = handles.iter().all(|&handle| pose.pinned[handle]);
             handles.iter().for_each(|&handle| pose.pinned[handle] = !all);
-        });
-    }
-
-    /// Resets these handles to the take's positions. Without a handle, resets all.
-    pub fn reset(&mut self, handles: &[usize]) {
-        self.change(|pose| match handles {
-            [] => pose.offsets.fill([0.0; 3]),
-            some => some.iter().for_each(|&handle| pose.offsets[handle] = [0.0; 3]),
         });
     }
 
@@ -360,14 +347,6 @@ impl Document {
         }
     }
 
-    /// The drags as in a file of edits: the offset in millimetres of each dragged marker.
-    pub fn drags(&self) -> std::collections::BTreeMap<String, [f64; 3]> {
-        let millimetres = |x: &f32| f64::from(*x) * self.rig.surface().metres_per_unit * 1e3;
-        let labelled = self.rig.handles().labels.iter().zip(&self.pose.offsets);
-        let moved = labelled.filter(|(_, offset)| **offset != [0.0; 3]);
-        moved.map(|(label, offset)| (label.clone(), offset.each_ref().map(millimetres))).collect()
-    }
-
     /// A frame as a mesh that can be an example of the rig: its V × 3 `positions` with the rig's polygons and
     /// texture coordinates.
     pub fn frame_as_mesh(&self, positions: &[f32]) -> Mesh {
@@ -386,13 +365,15 @@ pub(crate) fn as_mesh(rig: &Rig, positions: &[f32]) -> Mesh {
 }
 
 /// The sum of each pair of vectors.
-fn sums(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    a.iter().zip(b).map(|(a, b)| (Vec3::from(*a) + Vec3::from(*b)).to_array()).collect()
+fn sums(positions: &[[f32; 3]], moves: &[[f64; 3]]) -> Vec<[f32; 3]> {
+    let pairs = positions.iter().zip(moves);
+    pairs.map(|(x, by)| std::array::from_fn(|c| (f64::from(x[c]) + by[c]) as f32)).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::soft_selection::Drag;
     use rhytid_core::NoProgress;
 
     fn document() -> Document {

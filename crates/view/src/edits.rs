@@ -6,12 +6,24 @@ use crate::same::Same;
 use rhytid_formats::edits::{Curve, Ease, Edits};
 
 #[cfg(not(target_arch = "wasm32"))]
-pub(crate) use rhytid_playback::FrameEdits;
+pub(crate) use rhytid_playback::{FrameEdits, Layers};
 
 /// Browsers have no edits.
 #[cfg(target_arch = "wasm32")]
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum FrameEdits {}
+
+/// Browsers have no edits.
+#[cfg(target_arch = "wasm32")]
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Layers {}
+
+#[cfg(target_arch = "wasm32")]
+impl Layers {
+    pub(crate) fn let_through(&self, _: usize, _: &dyn Fn(usize) -> Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+        match *self {}
+    }
+}
 
 #[cfg(target_arch = "wasm32")]
 impl FrameEdits {
@@ -70,6 +82,8 @@ pub(crate) struct OpenEdits {
     pub positions: Vec<f32>,
     /// The frames that each edit changes.
     pub spans: Vec<TimelineEvent>,
+    /// The edits themselves.
+    pub layers: Same<Layers>,
     /// All other edits.
     pub on_frames: Same<FrameEdits>,
 }

@@ -26,10 +26,13 @@ pub(crate) enum EventKind {
     Doubt,
     /// An edit of the file of edits.
     Edit,
+    /// A pull of markers, with its number.
+    Pull(usize),
 }
 
 impl EventKind {
-    pub(crate) const ALL: [Self; 3] = [Self::Found, Self::Doubt, Self::Edit];
+    /// One of each colour.
+    pub(crate) const ALL: [Self; 4] = [Self::Found, Self::Doubt, Self::Edit, Self::Pull(0)];
 
     /// Its colour, for both themes.
     pub(crate) fn colour(self) -> Color32 {
@@ -37,6 +40,7 @@ impl EventKind {
             Self::Found => Color32::from_rgb(90, 130, 220),
             Self::Doubt => Color32::from_rgb(225, 130, 20),
             Self::Edit => Color32::from_rgb(165, 105, 205),
+            Self::Pull(_) => Color32::from_rgb(40, 160, 130),
         }
     }
 
@@ -46,12 +50,18 @@ impl EventKind {
             Self::Found => "found by the clean-up".to_owned(),
             Self::Doubt => format!("in doubt (confidence below {DOUBTFUL})"),
             Self::Edit => "edited".to_owned(),
+            Self::Pull(_) => "pulled".to_owned(),
         }
     }
 
     /// Whether it is a change that somebody wanted. Such events have a lane of their own.
     pub(crate) fn is_wanted(self) -> bool {
-        self == Self::Edit
+        matches!(self, Self::Edit | Self::Pull(_))
+    }
+
+    /// Whether it has the colour of the other kind.
+    pub(crate) fn looks_as(self, other: Self) -> bool {
+        self.colour() == other.colour()
     }
 }
 
@@ -68,10 +78,18 @@ impl Event {
     fn new(found: &TimelineEvent, kind: EventKind) -> Self {
         let last = found.first + found.frames.max(1) - 1;
         let words = match kind {
-            EventKind::Edit => found.words.clone(),
+            EventKind::Edit | EventKind::Pull(_) => found.words.clone(),
             _ => format!("{}, confidence {:.1}", found.words, found.confidence),
         };
         Self { kind, frames: [found.first, last], words }
+    }
+
+    /// The pull that it is.
+    pub(crate) fn pull(&self) -> Option<usize> {
+        match self.kind {
+            EventKind::Pull(pull) => Some(pull),
+            _ => None,
+        }
     }
 
     /// Its frames and what it is.
@@ -99,6 +117,9 @@ pub(crate) fn of(document: &Document) -> Vec<Event> {
     }
     for edit in document.edit_spans() {
         events.push(Event::new(edit, EventKind::Edit));
+    }
+    for (i, pull) in document.pull_events().enumerate() {
+        events.push(Event::new(&pull, EventKind::Pull(i)));
     }
     let frames = document.transport.frames();
     events.sort_by_key(|event| (!event.is_whole(frames), event.frames));
@@ -163,7 +184,7 @@ pub(crate) fn controls(events: &[Event], is_listed: bool, ui: &mut egui::Ui, wan
         }
     }
     for kind in EventKind::ALL {
-        if events.iter().any(|event| event.kind == kind) {
+        if events.iter().any(|event| event.kind.looks_as(kind)) {
             meaning(ui, kind);
         }
     }
@@ -215,16 +236,19 @@ pub(crate) fn list(app: &mut ViewApp, context: &egui::Context) {
                     let words = RichText::new(words);
                     let row = egui::Button::selectable(is_here, words).truncate();
                     if ui.add(row).on_hover_text(event.kind.meaning()).clicked() {
-                        chosen = Some(first);
+                        chosen = Some((first, event.kind));
                     }
                 });
             }
         });
     });
     app.events_shown = open;
-    if let (Some(frame), Some(scene)) = (chosen, &mut app.scene) {
+    if let (Some((frame, kind)), Some(scene)) = (chosen, &mut app.scene) {
         scene.document.transport.playing = false;
         scene.document.transport.seek(frame);
+        if let EventKind::Pull(pull) = kind {
+            scene.document.select_pull(Some(pull));
+        }
     }
 }
 

@@ -56,6 +56,8 @@ mod painter;
 mod panel;
 mod pick;
 mod problems;
+mod pull_panel;
+mod pulls;
 #[cfg(not(target_arch = "wasm32"))]
 mod recent;
 mod ruler;
@@ -80,7 +82,7 @@ mod work;
 mod world;
 
 pub use app::ViewApp;
-pub use document::{Document, OpenTake, Pose, TimelineEvent};
+pub use document::{Document, NewPulls, OpenTake, Pose, TimelineEvent};
 pub use history::History;
 #[cfg(target_arch = "wasm32")]
 pub use inbox::{Inbox, Read};
@@ -89,6 +91,7 @@ pub use live::Listen;
 pub use orbit::Orbit;
 pub use pick::{marker, vertex};
 pub use problems::{Problem, ProblemKind};
+pub use pulls::{Pull, Span, When};
 pub use scene::Times;
 pub use settings::{Before, Settings, Show};
 pub use soft_selection::{Drag, SoftSelection};

@@ -17,15 +17,14 @@ const LINES: f32 = 4.0;
 pub(crate) fn show(scene: &Scene, ui: &mut egui::Ui) {
     let document = &scene.document;
     if !scene.selected.is_empty() {
-        let millimetres = scene.millimetres();
-        let offsets = &document.pose().offsets;
         let from_rest = |handle: usize| {
             let [x, y, z, _] = document.from_rest(handle);
             [x, y, z]
         };
         table(ui, "mm from rest", scene, from_rest);
-        if scene.selected.iter().any(|&handle| offsets[handle] != [0.0; 3]) {
-            table(ui, "mm by drags", scene, |handle| offsets[handle].map(|x| x * millimetres));
+        let by_pulls = |handle: usize| document.pulled_here(handle).map(|x| x as f32);
+        if scene.selected.iter().any(|&handle| by_pulls(handle) != [0.0; 3]) {
+            table(ui, "mm by pulls", scene, by_pulls);
         }
     }
 }

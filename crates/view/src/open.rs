@@ -184,6 +184,7 @@ fn edits_in(
         positions: edited.take.handle_positions(&rig.handles().labels)?,
         spans: crate::edits::spans(&rhytid_formats::edits::parse(layers.text(), &name)?, take.frames()),
         name,
+        layers: Same::new(layers),
         on_frames,
     }))
 }

@@ -4,6 +4,7 @@ use crate::app::ViewApp;
 use crate::commands::Command;
 use crate::legend::Spread;
 use crate::marker_values;
+use crate::pull_panel;
 use crate::scene::Scene;
 use crate::settings::{Before, Settings, Show};
 use eframe::egui;
@@ -38,6 +39,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     if let Some(scene) = &mut app.scene {
         section(ui, "Markers", true, |ui| markers(scene, &mut app.settings, ui, &mut wanted));
         section(ui, "Problems", true, |ui| marker_values::problems(scene, ui));
+        section(ui, "Pulls", true, |ui| pull_panel::show(&mut scene.document, ui, &mut wanted));
     }
     section(ui, "Device", true, |ui| device(app, ui));
     #[cfg(not(target_arch = "wasm32"))]
@@ -47,7 +49,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             for (words, command) in [
                 ("The frame as a take", Command::SaveFrame),
                 ("The frame as a mesh, for an example", Command::SaveExample),
-                ("The drags of markers, as an edit", Command::SaveEdits),
+                ("The pulls of markers, as an edit", Command::SaveEdits),
                 ("The picture", Command::Screenshot),
             ] {
                 if ui.add_enabled(app.scene.is_some(), egui::Button::new(words)).clicked() {
@@ -192,7 +194,7 @@ fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted
         ui.label("no marker selected: click one, or press N");
     }
     let (pose, [can_undo, can_redo]) = (document.pose(), document.can_undo_and_redo());
-    let is_dragged = pose.offsets.iter().any(|offset| *offset != [0.0; 3]);
+    let is_dragged = !pose.pulls.is_empty();
     let is_pinned = !scene.selected.is_empty() && scene.selected.iter().all(|&handle| pose.pinned[handle]);
     ui.horizontal_wrapped(|ui| {
         for (words, can, command) in [

@@ -3,9 +3,10 @@
 use crate::app::ViewApp;
 use crate::commands::Command;
 use crate::order::Order;
+use crate::document::Document;
 use crate::painter::Job;
 use rhytid_core::{AtomicFile, Error, Mesh, Result};
-use rhytid_formats::edits::{Curve, Ease, Edits, Offset};
+use rhytid_formats::edits::Edits;
 use rhytid_formats::{edits, mesh, take};
 use rhytid_render::{LEGEND, Picture, letter_scale};
 use std::io::Write;
@@ -42,14 +43,16 @@ impl ViewApp {
             }
             Command::SaveExample => scene.save(|order| Job::SaveMesh(order, rig)).map(|()| None),
             Command::SaveEdits => {
-                let markers = scene.document.drags();
-                if markers.is_empty() {
-                    return Err(Error::empty("no marker was dragged, so there is no edit to save"));
+                let document = &mut scene.document;
+                if document.pose().pulls.is_empty() {
+                    return Err(Error::empty("no marker was pulled, so there is no edit to save"));
                 }
-                let path = free(&rig, "edit", "toml")?;
-                let (amount, ease) = (Curve::constant(1.0), Ease::default());
-                let offset = Offset { region: None, millimetres: None, markers, amount, ease };
-                edits::write(&path, &Edits { offsets: vec![offset], ..Edits::default() })?;
+                let Some((text, beside)) = edits_of(document)? else { return Ok(None) };
+                let path = free(&beside, "edit", "toml")?;
+                let mut file = AtomicFile::create(&path)?;
+                file.write_all(text.as_bytes()).map_err(file.error())?;
+                file.finish()?;
+                document.pulls_are_saved();
                 Ok(Some(path))
             }
             _ => scene.save(|order| Job::SavePicture(order, rig)).map(|()| None),
@@ -69,6 +72,28 @@ pub(crate) fn write_legend(picture: &mut Picture, order: &Order) {
     picture.legend(map.heat, &title, at, if is_dark { [255; 3] } else { [0; 3] }, scale);
 }
 
+/// The text of the edits that are shown and of all pulls, and a file beside which it belongs: the paths in it
+/// are relative to that file. `None` where there are neither.
+pub(crate) fn edits_of(document: &Document) -> Result<Option<(String, PathBuf)>> {
+    let offsets = document.pull_edits();
+    let pulls = match offsets.is_empty() {
+        true => String::new(),
+        false => edits::text(&Edits { offsets, ..Edits::default() })?,
+    };
+    Ok(match document.shown_layers() {
+        Some(layers) => Some((join(layers.text(), &pulls), layers.path().to_owned())),
+        None => (!pulls.is_empty()).then(|| (pulls, PathBuf::from(&document.name))),
+    })
+}
+
+/// One file of edits after another.
+fn join(first: &str, second: &str) -> String {
+    match second {
+        "" => first.to_owned(),
+        second => format!("{}\n\n{second}", first.trim_end()),
+    }
+}
+
 /// Writes a frame beside the rig's file.
 pub(crate) fn mesh(rig: &Path, mesh: &Mesh) -> Result<PathBuf> {
     let path = free(rig, "pose", "obj")?;
@@ -85,8 +110,8 @@ pub(crate) fn picture(rig: &Path, picture: &Picture) -> Result<PathBuf> {
     Ok(path)
 }
 
-/// The first free name, such as `FACE-pose-0001.csv` beside `FACE.safetensors`.
-fn free(rig: &Path, what: &str, extension: &str) -> Result<PathBuf> {
+/// The first free name, such as `FACE-pose-0001.csv` beside `FACE.safetensors`, which is the `rig`.
+pub(crate) fn free(rig: &Path, what: &str, extension: &str) -> Result<PathBuf> {
     let stem = rig.file_stem().unwrap_or_default().to_string_lossy();
     let name = |i: usize| rig.with_file_name(format!("{stem}-{what}-{i:04}.{extension}"));
     let found = (1..MOST).map(name).find(|path| path.symlink_metadata().is_err());

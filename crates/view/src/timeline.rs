@@ -3,11 +3,11 @@
 use crate::app::ViewApp;
 use crate::commands::Command;
 use crate::document::Document;
-use crate::events::{self, Event};
+use crate::events::{self, Event, EventKind};
 use crate::ruler::{Ruler, frame_marks, second_marks};
 use crate::theme;
 use crate::transport::Repeat;
-use eframe::egui::{self, Align2, FontId, Rect, Sense, pos2, vec2};
+use eframe::egui::{self, Align2, FontId, Pos2, Rect, Sense, pos2, vec2};
 
 /// The heights of the strip's rows, in points.
 const RANGE: f32 = 14.0;
@@ -144,6 +144,14 @@ fn strip(document: &mut Document, events: &[Event], ui: &mut egui::Ui) {
     if let Some(at) = response.interact_pointer_pos() {
         document.transport.seek(ruler.frame_at(at.x));
     }
+    let is_at = |event: &&Event, at: Pos2| {
+        !event.is_whole(frames) && bar(event, &ruler, &rows).expand(2.0).contains(at)
+    };
+    if let Some(at) = response.interact_pointer_pos().filter(|_| response.clicked())
+        && let Some(pull) = events.iter().filter(|event| is_at(event, at)).find_map(Event::pull)
+    {
+        document.select_pull(Some(pull));
+    }
     if response.has_focus() {
         let keys = egui::EventFilter { horizontal_arrows: true, ..Default::default() };
         ui.memory_mut(|memory| memory.set_focus_lock_filter(response.id, keys));
@@ -162,8 +170,7 @@ fn strip(document: &mut Document, events: &[Event], ui: &mut egui::Ui) {
     head(document, &ruler, &rows, ui);
     let Some(over) = response.hover_pos() else { return };
     let here = ruler.frame_at(over.x);
-    let near = |event: &&Event| bar(event, &ruler, &rows).expand(2.0).contains(over);
-    let told = events.iter().filter(|event| !event.is_whole(frames)).filter(near);
+    let told = events.iter().filter(|event| is_at(event, over));
     let told = events::in_words(told, frames);
     let words = match told.is_empty() {
         true => format!("frame {here}, {:.2} s", document.transport.times()[here]),
@@ -206,9 +213,15 @@ fn bar(event: &Event, ruler: &Ruler, rows: &Rows) -> Rect {
 /// The events that do not last as long as the take. What is in doubt is drawn over what was found.
 fn bars(document: &Document, events: &[Event], ruler: &Ruler, rows: &Rows, ui: &egui::Ui) {
     let frames = document.transport.frames();
-    for kind in events::EventKind::ALL {
-        for event in events.iter().filter(|event| event.kind == kind && !event.is_whole(frames)) {
-            ui.painter().rect_filled(bar(event, ruler, rows), 1.0, kind.colour());
+    for kind in EventKind::ALL {
+        let shown = events.iter().filter(|event| event.kind.looks_as(kind) && !event.is_whole(frames));
+        for event in shown {
+            let bar = bar(event, ruler, rows);
+            ui.painter().rect_filled(bar, 1.0, kind.colour());
+            if document.selected_pull().is_some_and(|pull| event.kind == EventKind::Pull(pull)) {
+                let stroke = egui::Stroke::new(1.0, ui.visuals().strong_text_color());
+                ui.painter().rect_stroke(bar, 1.0, stroke, egui::StrokeKind::Outside);
+            }
         }
     }
 }

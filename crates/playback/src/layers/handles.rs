@@ -118,10 +118,43 @@ fn factors<'a>(gains: impl Iterator<Item = (&'a Vec<f64>, f64)>) -> Option<Vec<f
     factors
 }
 
+impl Held {
+    /// The frame whose positions are held.
+    fn at(&self) -> usize {
+        self.hold.at.unwrap_or(self.hold.frames.start)
+    }
+
+    /// How far a frame is held, from 0 to 1.
+    fn amount(&self, frame: usize) -> f64 {
+        let Hold { frames: Range { start: first, end }, ease, .. } = self.hold;
+        // The number of frames outside the held ones. The amount would be 0 at one frame more than the ease.
+        let outside = first.saturating_sub(frame).max((frame + 1).saturating_sub(end));
+        Ease::Smooth.at((1.0 - outside as f64 / (ease + 1) as f64).max(0.0))
+    }
+}
+
+/// [`Layers::let_through`], by these holds.
+pub(super) fn let_through(
+    holds: &[Held],
+    frame: usize,
+    moved: &dyn Fn(usize) -> Vec<[f64; 3]>,
+) -> Vec<[f64; 3]> {
+    let Some((held, before)) = holds.split_last() else { return moved(frame) };
+    let mut through = let_through(before, frame, moved);
+    let amount = held.amount(frame);
+    if amount > 0.0 {
+        let still = let_through(before, held.at(), moved);
+        for ((x, still), weight) in through.iter_mut().zip(still).zip(&held.weights) {
+            *x = std::array::from_fn(|c| x[c] + amount * weight * (still[c] - x[c]));
+        }
+    }
+    through
+}
+
 /// Keeps handles where they are in one frame. Before and after the held frames, the handles ease in and out.
 fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
-    let Hold { frames: Range { start: first, end }, at, ease, .. } = held.hold;
-    let at = at.unwrap_or(first);
+    let Hold { frames: Range { start: first, end }, ease, .. } = held.hold;
+    let at = held.at();
     let markers = take.labels.len();
     let frames = take.frames();
     if end > frames || at >= frames {
@@ -131,9 +164,7 @@ fn hold(held: &Held, take: &mut Take, columns: &[usize]) -> Result<()> {
     }
     let still: Vec<[f64; 3]> = columns.iter().map(|column| take.positions[at * markers + column]).collect();
     for frame in first.saturating_sub(ease)..(end + ease).min(frames) {
-        // The number of frames outside the held ones. The amount would be 0 at one frame more than the ease.
-        let outside = first.saturating_sub(frame).max((frame + 1).saturating_sub(end));
-        let amount = Ease::Smooth.at(1.0 - outside as f64 / (ease + 1) as f64);
+        let amount = held.amount(frame);
         for ((&column, still), weight) in columns.iter().zip(&still).zip(&held.weights) {
             let x = &mut take.positions[frame * markers + column];
             match amount * weight {

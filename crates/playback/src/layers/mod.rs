@@ -46,7 +46,16 @@ impl Layers {
     /// As [`edits::read`], and as reading takes and meshes. [`rhytid_core::Error::Input`] for a region or a
     /// marker that the rig does not have.
     pub fn read(path: &Path, rig: &Rig, reach: Reach) -> Result<Self> {
-        let (edits, text) = edits::read(path)?;
+        let (_, text) = edits::read(path)?;
+        Self::of_text(text, path, rig, reach)
+    }
+
+    /// The same of a `text` that is not in a file yet. The files that it names are relative to `path`.
+    ///
+    /// # Errors
+    /// As [`Layers::read`].
+    pub fn of_text(text: String, path: &Path, rig: &Rig, reach: Reach) -> Result<Self> {
+        let edits = edits::parse(&text, &path.display().to_string())?;
         let mut hash = blake3::Hasher::new();
         hash.update(text.as_bytes());
         // A file that is named many times is read and kept once.
@@ -147,6 +156,14 @@ impl Layers {
     /// [`rhytid_core::Error::Input`] if the take lacks handles, or a frame that is held.
     pub fn edit(&self, take: Take, rig: &Rig) -> Result<EditedTake> {
         handles::edit(self, take, rig)
+    }
+
+    /// What is left of moves that are added to the handles of a take, once the holds have been applied.
+    ///
+    /// `moved` gives H vectors for each frame of the take. The result is for `frame`, in the same unit. The
+    /// edited take with these vectors added to it is the same as a take that is edited with them as offsets.
+    pub fn let_through(&self, frame: usize, moved: &dyn Fn(usize) -> Vec<[f64; 3]>) -> Vec<[f64; 3]> {
+        handles::let_through(&self.holds, frame, moved)
     }
 
     /// The rig with its own wrinkles multiplied by those gains that are the same in all frames.

@@ -198,6 +198,17 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
     Ok((parse(&text, &name)?, text))
 }
 
+/// The text of edits, as [`write()`] writes it.
+///
+/// # Errors
+/// [`Error::Input`] if the text cannot be written or [`parse()`] would not read it.
+pub fn text(edits: &Edits) -> Result<String> {
+    let text =
+        toml::to_string(edits).map_err(|e| Error::malformed(format!("the edits are not written: {e}")))?;
+    parse(&text, "the edits")?;
+    Ok(text)
+}
+
 /// Writes a file of edits so that [`parse()`] reads the same edits.
 ///
 /// # Errors

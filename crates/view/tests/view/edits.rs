@@ -97,7 +97,7 @@ fn drags_are_saved_as_an_edit_that_does_the_same() {
     let mut view = opened(&folder, [900.0, 700.0]);
     view.key_press_modifiers(Modifiers::COMMAND, egui::Key::E);
     view.run();
-    assert!(view.state().note().unwrap().0.contains("no marker was dragged"), "{:?}", view.state().note());
+    assert!(view.state().note().unwrap().0.contains("no marker was pulled"), "{:?}", view.state().note());
     seek(&mut view, FRAME);
     let from = at(&view, handle_in_front(&view));
     drag(&mut view, from, from + egui::vec2(30.0, 10.0), Modifiers::NONE);

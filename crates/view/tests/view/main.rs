@@ -7,6 +7,7 @@ mod live;
 mod markers;
 mod pictures;
 mod pointer;
+mod pulls;
 mod slow;
 mod time;
 
