@@ -6,6 +6,8 @@ use crate::dialog::Choosing;
 use crate::document::Document;
 use crate::gpu::Gpu;
 #[cfg(not(target_arch = "wasm32"))]
+use crate::leaving::Leaving;
+#[cfg(not(target_arch = "wasm32"))]
 use crate::live::{Listen, Live};
 use crate::open::Opening;
 use crate::orbit::Orbit;
@@ -62,6 +64,9 @@ pub struct ViewApp {
     pub(crate) devices: Vec<DeviceInfo>,
     pub(crate) device: Option<DeviceInfo>,
     pub(crate) opening: Option<Opening>,
+    /// What waits until the user has said what becomes of the pulls.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) leaving: Option<Leaving>,
     /// The system's dialog, while it is open.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) choosing: Option<Choosing>,
@@ -124,6 +129,8 @@ impl ViewApp {
             devices: Vec::new(),
             device: None,
             opening: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            leaving: None,
             #[cfg(not(target_arch = "wasm32"))]
             choosing: None,
             #[cfg(not(target_arch = "wasm32"))]
@@ -330,7 +337,7 @@ impl ViewApp {
         let width = ui.ctx().content_rect().width();
         match command {
             #[cfg(not(target_arch = "wasm32"))]
-            Command::Close => ui.ctx().send_viewport_cmd(egui::ViewportCommand::Close),
+            Command::Close => self.close(ui.ctx()),
             #[cfg(not(target_arch = "wasm32"))]
             Command::Open => self.choose(),
             Command::Keys => self.keys_shown = !self.keys_shown,

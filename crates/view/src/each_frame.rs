@@ -25,6 +25,8 @@ impl eframe::App for ViewApp {
         if std::rc::Rc::strong_count(&self.reading) > 1 {
             context.request_repaint();
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        self.take_close(&context);
         self.take_opened();
         #[cfg(not(target_arch = "wasm32"))]
         self.take_live();
@@ -32,8 +34,10 @@ impl eframe::App for ViewApp {
         self.take_chosen();
         self.play(&context);
         self.take_dropped(ui);
-        for command in commands::pressed(ui) {
-            self.run(command, ui);
+        if !self.is_asking() {
+            for command in commands::pressed(ui) {
+                self.run(command, ui);
+            }
         }
         let width = ui.available_width();
         if self.note.is_some() || !self.warnings.is_empty() {
@@ -57,6 +61,8 @@ impl eframe::App for ViewApp {
         hovering(&context);
         self.set_title(&context);
         events::list(self, &context);
+        #[cfg(not(target_arch = "wasm32"))]
+        crate::leaving::show(self, &context);
     }
 }
 
@@ -68,6 +74,17 @@ impl ViewApp {
             context.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
             self.title = title;
         }
+    }
+
+    /// Whether a question waits for its answer, which the keys belong to.
+    #[cfg(not(target_arch = "wasm32"))]
+    fn is_asking(&self) -> bool {
+        self.leaving.is_some()
+    }
+
+    #[cfg(target_arch = "wasm32")]
+    fn is_asking(&self) -> bool {
+        false
     }
 
     /// Lets time pass for the play head, and asks to be called again when the next frame is due.

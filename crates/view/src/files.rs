@@ -16,6 +16,11 @@ impl ViewApp {
         if sources.is_empty() {
             return;
         }
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.has_unsaved_pulls() && sources.iter().any(Source::brings_a_rig) {
+            self.leaving = Some(crate::leaving::Leaving::Open(sources));
+            return;
+        }
         let document = self.document();
         let rig = document.map(|document| document.rig.clone());
         // Only a file of edits needs a copy of the take.

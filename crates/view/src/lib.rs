@@ -44,6 +44,8 @@ mod inbox;
 mod keys;
 mod legend;
 #[cfg(not(target_arch = "wasm32"))]
+mod leaving;
+#[cfg(not(target_arch = "wasm32"))]
 mod live;
 mod marker_dots;
 mod marker_guides;

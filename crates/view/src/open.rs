@@ -61,6 +61,12 @@ impl Source {
         self.name().to_lowercase().ends_with(".safetensors")
     }
 
+    /// Whether it takes the place of the open rig.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn brings_a_rig(&self) -> bool {
+        self.is_rig() || self.is_project()
+    }
+
     /// Whether it is a file of edits: TOML that is no project.
     pub(crate) fn is_edits(&self) -> bool {
         self.name().to_lowercase().ends_with(".toml") && !self.is_project()

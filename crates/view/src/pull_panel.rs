@@ -28,16 +28,20 @@ pub(crate) fn show(document: &mut Document, ui: &mut egui::Ui, wanted: &mut Vec<
     let selected = document.selected_pull();
     let words: Vec<String> = pulls.iter().map(|pull| pull.in_words(&document.rig)).collect();
     for (i, words) in words.into_iter().enumerate() {
-        let row = egui::Button::selectable(selected == Some(i), words).truncate();
-        if ui.add(row).clicked() {
-            document.select_pull(if selected == Some(i) { None } else { Some(i) });
+        let is_selected = selected == Some(i);
+        if ui.add(egui::Button::selectable(is_selected, words).truncate()).clicked() {
+            document.select_pull((!is_selected).then_some(i));
         }
-    }
-    if let Some(pull) = selected.and_then(|i| pulls.get(i)).filter(|_| frames > 1) {
-        change(document, pull, ui);
-    }
-    if selected.is_some() && ui.button("Delete this pull").clicked() {
-        wanted.push(Command::DeletePull);
+        if is_selected {
+            ui.indent("selected pull", |ui| {
+                if frames > 1 {
+                    change(document, &pulls[i], ui);
+                }
+                if ui.button("Delete this pull").clicked() {
+                    wanted.push(Command::DeletePull);
+                }
+            });
+        }
     }
 }
 
@@ -64,40 +68,38 @@ fn change(document: &mut Document, pull: &Pull, ui: &mut egui::Ui) {
     let mut span = pull.span;
     let last = document.transport.frames() - 1;
     let mut fields = Vec::new();
-    ui.indent("selected pull", |ui| {
-        ui.horizontal_wrapped(|ui| {
-            for when in When::ALL {
-                // What is at a frame of its own need not be here.
-                let name = match when {
-                    When::Whole => "Whole take",
-                    When::From => "From a frame",
-                    When::At => "At frames",
-                };
-                if ui.selectable_label(span.when == when, name).clicked() && span.when != when {
-                    let frame =
-                        if span.when == When::Whole { document.transport.frame() } else { span.frames[0] };
-                    let ease = if span.when == When::Whole { document.new_pulls.ease } else { span.ease };
-                    document.change_pull(Span::new(when, frame, ease));
-                    return;
-                }
+    ui.horizontal_wrapped(|ui| {
+        for when in When::ALL {
+            // What is at a frame of its own need not be here.
+            let name = match when {
+                When::Whole => "Whole take",
+                When::From => "From a frame",
+                When::At => "At frames",
+            };
+            if ui.selectable_label(span.when == when, name).clicked() && span.when != when {
+                let frame =
+                    if span.when == When::Whole { document.transport.frame() } else { span.frames[0] };
+                let ease = if span.when == When::Whole { document.new_pulls.ease } else { span.ease };
+                document.change_pull(Span::new(when, frame, ease));
+                return;
             }
-        });
-        ui.horizontal_wrapped(|ui| {
-            let [first, end] = &mut span.frames;
-            if span.when != When::Whole {
-                let label = ui.label("First frame");
-                let field = egui::DragValue::new(first).range(0..=last);
-                fields.push(ui.add(field).labelled_by(label.id));
-                *end = (*end).max(*first);
-            }
-            if span.when == When::At {
-                let label = ui.label("Last frame");
-                let field = egui::DragValue::new(end).range(*first..=last);
-                fields.push(ui.add(field).labelled_by(label.id));
-            }
-        });
-        fields.extend(eases(span.when, &mut span.ease, ["Comes in", "Goes in"], ui));
+        }
     });
+    ui.horizontal_wrapped(|ui| {
+        let [first, end] = &mut span.frames;
+        if span.when != When::Whole {
+            let label = ui.label("First frame");
+            let field = egui::DragValue::new(first).range(0..=last);
+            fields.push(ui.add(field).labelled_by(label.id));
+            *end = (*end).max(*first);
+        }
+        if span.when == When::At {
+            let label = ui.label("Last frame");
+            let field = egui::DragValue::new(end).range(*first..=last);
+            fields.push(ui.add(field).labelled_by(label.id));
+        }
+    });
+    fields.extend(eases(span.when, &mut span.ease, ["Comes in", "Goes in"], ui));
     let is_any = |is: fn(&egui::Response) -> bool| fields.iter().any(is);
     if is_any(egui::Response::drag_started) {
         document.begin_drag();

@@ -3,6 +3,7 @@
 
 mod edits;
 mod files;
+mod leaving;
 mod live;
 mod markers;
 mod pictures;
