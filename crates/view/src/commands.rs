@@ -87,10 +87,20 @@ impl Command {
     /// What it is about.
     pub(crate) fn group(self) -> Group {
         match self {
-            Self::Play | Self::Loop | Self::Next | Self::Previous | Self::First | Self::Last => Group::Time,
+            Self::Play
+            | Self::Repeat
+            | Self::Step(_)
+            | Self::First
+            | Self::Last
+            | Self::Begin
+            | Self::End
+            | Self::ResetRange
+            | Self::Event(_)
+            | Self::Events => Group::Time,
             Self::Undo
             | Self::Redo
             | Self::Reset
+            | Self::DeletePull
             | Self::Pin
             | Self::Mirror
             | Self::NextMarker

@@ -13,8 +13,8 @@ use crate::same::Same;
 use crate::soft_selection::SoftSelection;
 use crate::transport::Transport;
 use glam::Vec3;
-use rhytid_capture::{StrainLimit, Target};
 use pulled::DragStart;
+use rhytid_capture::{StrainLimit, Target};
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use std::sync::Arc;
@@ -43,6 +43,13 @@ pub struct TimelineEvent {
     pub problem: Option<ProblemKind>,
     /// The markers that it is about, as handles of the rig. Empty for the head.
     pub handles: Vec<usize>,
+}
+
+impl TimelineEvent {
+    /// An event that is no problem and concerns no marker.
+    pub fn new(first: usize, frames: usize, words: String) -> Self {
+        Self { first, frames, words, confidence: 1.0, problem: None, handles: Vec::new() }
+    }
 }
 
 /// A take that was opened.
@@ -270,8 +277,7 @@ impl Document {
         let (frame, labels) = (self.transport.frame(), &self.rig.handles().labels);
         let mut problems =
             strains(&self.strain_limits, &self.handles(true), &self.rig.handles().rest, labels);
-        let incidents = self.take.iter().filter(|_| !self.is_live()).flat_map(|take| &take.incidents);
-        for incident in incidents {
+        for incident in self.findings().filter(|_| !self.is_live()) {
             let is_here = (incident.first..incident.first + incident.frames).contains(&frame);
             // Strains are those of the frame as it is shown, with edits and drags.
             if let Some(kind) = incident.problem.filter(|kind| is_here && *kind != ProblemKind::Strain) {

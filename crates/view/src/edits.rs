@@ -100,7 +100,7 @@ pub(crate) fn spans(edits: &Edits, frames: usize) -> Vec<TimelineEvent> {
         };
         let place = place.as_deref().map_or(String::new(), |place| format!(" of {place}"));
         let words = format!("[[{name}]]{place}");
-        spans.push(TimelineEvent { first, frames: last + 1 - first, words, confidence: 1.0 });
+        spans.push(TimelineEvent::new(first, last + 1 - first, words));
     };
     for gain in &edits.gains {
         add("gain", &gain.region, &gain.by, 1.0);

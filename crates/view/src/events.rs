@@ -4,12 +4,10 @@
 use crate::app::ViewApp;
 use crate::commands::Command;
 use crate::document::{Document, TimelineEvent};
+use crate::problems::{DOUBTFUL, ProblemKind};
 use crate::transport::Transport;
 use eframe::egui::{self, Color32, RichText};
 use rhytid_core::Take;
-
-/// A marker with a lower confidence is in doubt. A filled gap has this confidence, and a lost marker less.
-pub(crate) const DOUBTFUL: f32 = 0.5;
 
 /// The side of a square that shows a colour, in points.
 const SQUARE: f32 = 10.0;
@@ -22,8 +20,8 @@ const NAMED: usize = 6;
 pub(crate) enum EventKind {
     /// The clean-up found or changed something.
     Found,
-    /// A marker cannot be trusted.
-    Doubt,
+    /// Something is wrong with a marker.
+    Wrong(ProblemKind),
     /// An edit of the file of edits.
     Edit,
     /// A pull of markers, with its number.
@@ -32,14 +30,21 @@ pub(crate) enum EventKind {
 
 impl EventKind {
     /// One of each colour.
-    pub(crate) const ALL: [Self; 4] = [Self::Found, Self::Doubt, Self::Edit, Self::Pull(0)];
+    pub(crate) const ALL: [Self; 6] = [
+        Self::Found,
+        Self::Wrong(ProblemKind::Gap),
+        Self::Wrong(ProblemKind::Strain),
+        Self::Wrong(ProblemKind::Label),
+        Self::Edit,
+        Self::Pull(0),
+    ];
 
     /// Its colour, for both themes.
     pub(crate) fn colour(self) -> Color32 {
         match self {
             Self::Found => Color32::from_rgb(90, 130, 220),
-            Self::Doubt => Color32::from_rgb(225, 130, 20),
-            Self::Edit => Color32::from_rgb(165, 105, 205),
+            Self::Wrong(kind) => kind.colour(),
+            Self::Edit => Color32::from_rgb(130, 110, 215),
             Self::Pull(_) => Color32::from_rgb(40, 160, 130),
         }
     }
@@ -48,7 +53,7 @@ impl EventKind {
     pub(crate) fn meaning(self) -> String {
         match self {
             Self::Found => "found by the clean-up".to_owned(),
-            Self::Doubt => format!("in doubt (confidence below {DOUBTFUL})"),
+            Self::Wrong(kind) => kind.meaning(),
             Self::Edit => "edited".to_owned(),
             Self::Pull(_) => "pulled".to_owned(),
         }
@@ -112,7 +117,7 @@ impl Event {
 pub(crate) fn of(document: &Document) -> Vec<Event> {
     let mut events = Vec::new();
     for found in document.findings() {
-        let kind = if found.confidence < DOUBTFUL { EventKind::Doubt } else { EventKind::Found };
+        let kind = found.problem.map_or(EventKind::Found, EventKind::Wrong);
         events.push(Event::new(found, kind));
     }
     for edit in document.edit_spans() {
@@ -126,11 +131,11 @@ pub(crate) fn of(document: &Document) -> Vec<Event> {
     events
 }
 
-/// The stretches in which a marker is in doubt, for each of these columns of a take.
+/// The stretches in which a marker is in doubt. `columns` are those of the rig's handles in the take.
 pub(crate) fn doubts(take: &Take, columns: &[usize]) -> Vec<TimelineEvent> {
     let mut doubts = Vec::new();
     let Some(confidence) = &take.confidence else { return doubts };
-    for &column in columns {
+    for (handle, &column) in columns.iter().enumerate() {
         let of_marker = confidence.iter().skip(column).step_by(take.labels.len());
         let mut open: Option<TimelineEvent> = None;
         for (frame, &confidence) in of_marker.enumerate() {
@@ -141,7 +146,12 @@ pub(crate) fn doubts(take: &Take, columns: &[usize]) -> Vec<TimelineEvent> {
                 }
                 (None, true) => {
                     let words = format!("in doubt: {}", take.labels[column]);
-                    open = Some(TimelineEvent { first: frame, frames: 1, words, confidence });
+                    open = Some(TimelineEvent {
+                        confidence,
+                        problem: Some(ProblemKind::Gap),
+                        handles: vec![handle],
+                        ..TimelineEvent::new(frame, 1, words)
+                    });
                 }
                 (_, false) => doubts.extend(open.take()),
             }

@@ -42,9 +42,9 @@ mod history;
 #[cfg(target_arch = "wasm32")]
 mod inbox;
 mod keys;
-mod legend;
 #[cfg(not(target_arch = "wasm32"))]
 mod leaving;
+mod legend;
 #[cfg(not(target_arch = "wasm32"))]
 mod live;
 mod marker_dots;

@@ -7,9 +7,8 @@ use rhytid_capture::Kind;
 use rhytid_capture::StrainLimit;
 use rhytid_core::human;
 
-/// A gap that was filled with at most this confidence is a problem. Short gaps have a higher one.
-#[cfg(not(target_arch = "wasm32"))]
-const UNSURE: f32 = 0.5;
+/// A marker with a lower confidence is in doubt. A filled gap has this confidence, and a lost marker less.
+pub(crate) const DOUBTFUL: f32 = 0.5;
 
 /// The kind of a problem, which has a colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -34,9 +33,6 @@ pub struct Problem {
 }
 
 impl ProblemKind {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Label, Self::Gap, Self::Strain];
-
     /// What an event of the clean-up is. `None` where nothing is wrong any more.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn of(kind: Kind, confidence: f32) -> Option<Self> {
@@ -44,16 +40,16 @@ impl ProblemKind {
             Kind::Swap | Kind::Shuffled | Kind::Slide | Kind::Step => Some(Self::Label),
             Kind::Strain => Some(Self::Strain),
             Kind::Lost | Kind::NeverSeen | Kind::Left => Some(Self::Gap),
-            _ => (confidence <= UNSURE).then_some(Self::Gap),
+            _ => (confidence < DOUBTFUL).then_some(Self::Gap),
         }
     }
 
-    /// Its name.
-    pub fn name(self) -> &'static str {
+    /// The meaning of its colour.
+    pub(crate) fn meaning(self) -> String {
         match self {
-            Self::Label => "label",
-            Self::Gap => "gap",
-            Self::Strain => "strain",
+            Self::Label => "label on another marker".to_owned(),
+            Self::Gap => format!("in doubt (confidence below {DOUBTFUL})"),
+            Self::Strain => "strain that no skin has".to_owned(),
         }
     }
 
@@ -117,9 +113,10 @@ mod tests {
     }
 
     #[test]
-    fn short_gaps_are_no_problem() {
+    fn gaps_that_were_filled_are_no_problem() {
         assert_eq!(ProblemKind::of(Kind::Spline, 0.8), None);
-        assert_eq!(ProblemKind::of(Kind::Model, 0.5), Some(ProblemKind::Gap));
+        assert_eq!(ProblemKind::of(Kind::Model, 0.5), None);
+        assert_eq!(ProblemKind::of(Kind::Outlier, 0.2), Some(ProblemKind::Gap));
         assert_eq!(ProblemKind::of(Kind::Lost, 0.0), Some(ProblemKind::Gap));
         assert_eq!(ProblemKind::of(Kind::Swap, 1.0), Some(ProblemKind::Label));
     }

@@ -163,7 +163,7 @@ impl Pull {
         let first = (0..frames).find(acts).unwrap_or(0);
         let last = (0..frames).rfind(acts).unwrap_or(first);
         let words = format!("pull: {}", self.names(rig));
-        TimelineEvent { first, frames: last + 1 - first, words, confidence: 1.0 }
+        TimelineEvent::new(first, last + 1 - first, words)
     }
 }
 

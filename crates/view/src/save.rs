@@ -2,8 +2,8 @@
 
 use crate::app::ViewApp;
 use crate::commands::Command;
-use crate::order::Order;
 use crate::document::Document;
+use crate::order::Order;
 use crate::painter::Job;
 use rhytid_core::{AtomicFile, Error, Mesh, Result};
 use rhytid_formats::edits::Edits;
