@@ -30,8 +30,8 @@ const PATIENCE: Duration = Duration::from_millis(30);
 /// The same, where every picture is wanted.
 const ENDLESS: Duration = Duration::from_secs(3600);
 
-/// In a window narrower than this, the panel lies over the face and is closed at first.
-const NARROW: f32 = 640.0;
+/// In a window narrower than this, the panel is closed at first.
+pub(crate) const NARROW: f32 = 640.0;
 
 /// The message in the last line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -151,6 +151,12 @@ impl ViewApp {
     /// The name of the device that draws.
     pub fn device_name(&self) -> String {
         self.gpu.name()
+    }
+
+    /// Names the device that draws, for browsers that do not tell it to the program.
+    #[cfg(target_arch = "wasm32")]
+    pub fn name_device(&mut self, name: String) {
+        self.gpu.set_name(name);
     }
 
     /// Offers other devices for evaluation.

@@ -3,7 +3,7 @@
 use crate::app::{Note, ViewApp};
 use crate::document::Document;
 use crate::open::Source;
-use crate::{busy, commands, events, keys, panel, theme, timeline, viewport};
+use crate::{busy, commands, events, panel_place, theme, timeline, viewport};
 use eframe::egui;
 use std::sync::PoisonError;
 
@@ -39,23 +39,11 @@ impl eframe::App for ViewApp {
                 self.run(command, ui);
             }
         }
-        let width = ui.available_width();
         if self.note.is_some() || !self.warnings.is_empty() {
             egui::Panel::bottom("note").show(ui, |ui| self.notes(ui));
         }
         egui::Panel::bottom("time line").show(ui, |ui| timeline::show(self, ui));
-        if self.keys_shown || self.is_panel_shown(width) {
-            let most = (0.85 * width).min(360.0);
-            egui::Panel::right("panel").default_size(most.min(300.0)).max_size(most).show(ui, |ui| {
-                // The panel's width does not depend on its contents, so the face stays where it is.
-                let (show, id) = if self.keys_shown {
-                    (keys::show as fn(&mut Self, &mut egui::Ui), "keys")
-                } else {
-                    (panel::show as _, "panel")
-                };
-                egui::ScrollArea::vertical().id_salt(id).auto_shrink(false).show(ui, |ui| show(self, ui));
-            });
-        }
+        panel_place::show(self, ui);
         egui::CentralPanel::no_frame().show(ui, |ui| viewport::show(self, ui));
         busy::show(self, &context);
         hovering(&context);

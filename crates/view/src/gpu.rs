@@ -9,6 +9,9 @@ pub(crate) struct Gpu {
     device: wgpu::Device,
     queue: wgpu::Queue,
     kernels: Option<Wgpu>,
+    /// The name that the browser's page has for it.
+    #[cfg(target_arch = "wasm32")]
+    in_page: Option<String>,
 }
 
 impl Gpu {
@@ -17,7 +20,13 @@ impl Gpu {
     pub(crate) fn new(device: wgpu::Device, queue: wgpu::Queue) -> Result<Self> {
         let has_compute_shaders = device.limits().max_compute_workgroups_per_dimension > 0;
         let kernels = || Wgpu::from_device(device.clone(), queue.clone());
-        Ok(Self { kernels: has_compute_shaders.then(kernels).transpose()?, device, queue })
+        Ok(Self {
+            kernels: has_compute_shaders.then(kernels).transpose()?,
+            device,
+            queue,
+            #[cfg(target_arch = "wasm32")]
+            in_page: None,
+        })
     }
 
     /// The device.
@@ -36,10 +45,19 @@ impl Gpu {
         self.kernels.as_ref()
     }
 
-    /// The device's name. Browsers may keep it to themselves.
+    /// The device's name.
     pub(crate) fn name(&self) -> String {
         let info = self.device.adapter_info();
-        let known = [info.name, info.driver, info.driver_info].into_iter().find(|name| !name.is_empty());
-        known.unwrap_or_else(|| "a device that the browser does not name".to_owned())
+        let mut names = [info.name, info.driver, info.driver_info].into_iter();
+        let known = names.find(|name| !name.is_empty());
+        #[cfg(target_arch = "wasm32")]
+        let known = known.or_else(|| self.in_page.clone());
+        known.unwrap_or_else(|| "a device without a name".to_owned())
+    }
+
+    /// Names the device, if its driver does not.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn set_name(&mut self, name: String) {
+        self.in_page = Some(name).filter(|name| !name.is_empty());
     }
 }

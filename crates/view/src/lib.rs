@@ -56,6 +56,7 @@ mod order;
 mod pace;
 mod painter;
 mod panel;
+mod panel_place;
 mod pick;
 mod problems;
 mod pull_panel;

@@ -47,10 +47,21 @@ impl Orbit {
 
     /// Shows the whole face, from the present direction.
     pub fn all(&mut self, aspect: f32) {
-        let view = View { turn: self.turn, raise: self.raise.clamp(-90.0, 90.0), lens: self.lens };
-        let camera = Camera::framing(&self.framed, self.up, view, aspect);
+        let camera = self.framing(aspect);
         self.target = Vec3::from_array(camera.target());
-        self.distance = self.target.distance(Vec3::from_array(camera.eye()));
+        self.distance = distance(&camera);
+    }
+
+    /// The picture gets another shape: its width is no longer `from` times its height, but `to` times. The
+    /// face fills the picture as much as before.
+    pub fn reshape(&mut self, from: f32, to: f32) {
+        self.distance *= distance(&self.framing(to)) / distance(&self.framing(from));
+    }
+
+    /// The camera that shows the whole face.
+    fn framing(&self, aspect: f32) -> Camera {
+        let view = View { turn: self.turn, raise: self.raise.clamp(-90.0, 90.0), lens: self.lens };
+        Camera::framing(&self.framed, self.up, view, aspect)
     }
 
     /// Looks from `turn` degrees to the face's left and `raise` degrees above.
@@ -135,6 +146,11 @@ impl Orbit {
     }
 }
 
+/// From the eye to the target, in mesh units.
+fn distance(camera: &Camera) -> f32 {
+    Vec3::from_array(camera.target()).distance(Vec3::from_array(camera.eye()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -213,5 +229,21 @@ mod tests {
                 assert!((0.0..=1.0).contains(&depth));
             }
         }
+    }
+    #[test]
+    fn a_picture_of_another_shape_shows_as_much_of_the_face() {
+        // A zoomed face that was turned is as wide in the narrow picture as in the wide one, by parts.
+        let (_, mut orbit) = orbit();
+        orbit.look_from(25.0, 0.0);
+        orbit.all(2.0);
+        orbit.reshape(2.0, 0.4);
+        let mut whole = orbit.clone();
+        whole.all(0.4);
+        assert!((orbit.distance / whole.distance - 1.0).abs() < 1e-5);
+        orbit.zoom(2.0, [0.0, 0.0], [400.0, 1000.0]);
+        let zoomed = orbit.clone();
+        orbit.reshape(0.4, 0.9);
+        orbit.reshape(0.9, 0.4);
+        assert!((orbit.distance / zoomed.distance - 1.0).abs() < 1e-5);
     }
 }

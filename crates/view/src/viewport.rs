@@ -47,9 +47,10 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         now,
         patience,
     };
-    scene.place = Some(rect);
-    if scene.drawn == 0 {
-        scene.orbit.all(rect.width() / rect.height());
+    let aspect = |rect: Rect| rect.width().max(1.0) / rect.height().max(1.0);
+    match scene.place.replace(rect) {
+        Some(before) if scene.drawn > 0 => scene.orbit.reshape(aspect(before), aspect(rect)),
+        _ => scene.orbit.all(aspect(rect)),
     }
     pointer(scene, &mut app.settings, ui, &response, view);
     let news = scene.draw(&app.settings, view);
@@ -83,6 +84,7 @@ fn pointer(scene: &mut Scene, settings: &mut Settings, ui: &egui::Ui, response: 
         let is_middle = ui.input(|input| input.pointer.middle_down());
         let holds = match marker {
             _ if is_middle => Holds::Pan,
+            _ if touch.is_some() => Holds::Camera,
             _ if settings.before != Before::Off && (from.x - line).abs() < near => Holds::Wipe,
             Some(marker) => {
                 // Any of several selected markers drags them all.
@@ -98,7 +100,12 @@ fn pointer(scene: &mut Scene, settings: &mut Settings, ui: &egui::Ui, response: 
         ui.memory_mut(|memory| memory.data.insert_temp(id, holds));
     }
     let holds = ui.memory(|memory| memory.data.get_temp::<Holds>(id));
-    if let (Some(touch), false) = (touch, matches!(holds, Some(Holds::Markers { .. }))) {
+    if let Some(touch) = touch {
+        // Two fingers move the camera, even if the first of them lies on a marker.
+        if let Some(Holds::Markers { .. }) = holds {
+            scene.document.end_drag(false);
+            ui.memory_mut(|memory| memory.data.insert_temp(id, Holds::Camera));
+        }
         let Vec2 { x, y } = touch.translation_delta;
         scene.orbit.pan([x, y], rect.height());
         zoom(scene, touch.zoom_delta, touch.center_pos, rect);
@@ -123,7 +130,8 @@ fn pointer(scene: &mut Scene, settings: &mut Settings, ui: &egui::Ui, response: 
         ui.memory_mut(|memory| memory.data.remove::<Holds>(id));
     }
 
-    if let Some(over) = response.hover_pos().filter(|_| response.contains_pointer()) {
+    // Fingers have zoomed above.
+    if let Some(over) = response.hover_pos().filter(|_| touch.is_none() && response.contains_pointer()) {
         let (scrolled, pinched) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
         if scrolled != 0.0 || pinched != 1.0 {
             zoom(scene, pinched * (0.002 * scrolled).exp(), over, rect);

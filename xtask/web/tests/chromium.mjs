@@ -5,7 +5,7 @@
 // JOB is a JSON file: `downloads`, a folder for what pages hand over, and `visits`, each with a `url`; a script to run `before` any of the page's, which may be empty; the expression `until`
 // which to wait; `steps`, each an input event or another command of the protocol's (`method`, `params`), an expression to wait for (`until`), or expressions to `evaluate` then and
 // there; and expressions to `evaluate` then, by name: what they give, or what a promise of theirs does, is JSON. `picture` is a
-// file for one of the page, as wide as `width` says. Printed is for each visit what the expressions gave (`found`), how many `seconds`
+// file for one of the page, as wide as `width` says, and as high as `height` says, or 800. Printed is for each visit what the expressions gave (`found`), how many `seconds`
 // passed before, and what until then was asked for (`requests`) and went wrong in the page (`errors`).
 //
 // The page is spoken to by Chromium's own protocol, through a pipe: nothing is installed for it, and the page knows of no test.
@@ -93,7 +93,7 @@ function command(method, params = {}, sessionId = undefined) {
     return new Promise((resolve, reject) => waiting.set(id, { resolve, reject }));
 }
 
-async function visit({ url, before, until, steps, evaluate, picture, width, touch }) {
+async function visit({ url, before, until, steps, evaluate, picture, width, height, touch }) {
     const { targetId } = await command("Target.createTarget", { url: "about:blank" });
     const { sessionId } = await command("Target.attachToTarget", { targetId, flatten: true });
     const ask = (method, params) => command(method, params, sessionId);
@@ -111,7 +111,7 @@ async function visit({ url, before, until, steps, evaluate, picture, width, touc
         if (method === "Log.entryAdded" && params.entry.level === "error") errors.push(params.entry.text);
     });
     for (const domain of ["Network", "Runtime", "Log", "Page"]) await ask(`${domain}.enable`);
-    if (width) await ask("Emulation.setDeviceMetricsOverride", { width, height: 800, deviceScaleFactor: 1, mobile: Boolean(touch) });
+    if (width) await ask("Emulation.setDeviceMetricsOverride", { width, height: height ?? 800, deviceScaleFactor: 1, mobile: Boolean(touch) });
     if (touch) await ask("Emulation.setTouchEmulationEnabled", { enabled: true });
     const value = async (expression) => {
         const parameters = { expression, awaitPromise: true, returnByValue: true };

@@ -6,6 +6,7 @@ mod files;
 mod leaving;
 mod live;
 mod markers;
+mod narrow;
 mod pictures;
 mod pointer;
 mod pulls;

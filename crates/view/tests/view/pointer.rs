@@ -90,6 +90,47 @@ fn a_whole_drag_between_two_frames_is_a_drag() {
     assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));
 }
 
+/// An event of a finger.
+fn touch(finger: u64, phase: egui::TouchPhase, pos: Pos2) -> egui::Event {
+    let (device_id, id) = (egui::TouchDeviceId(0), egui::TouchId(finger));
+    egui::Event::Touch { device_id, id, phase, pos, force: None }
+}
+
+#[test]
+fn two_fingers_zoom_even_if_the_first_lies_on_a_marker() {
+    let folder = Folder::new();
+    let mut view = opened(&folder, [900.0, 700.0]);
+    let (handle, before) = (handle_in_front(&view), document(&view).handles(true));
+    let (first, others) = (at(&view, handle), [0, 1].map(|other| at(&view, other)));
+    let apart = |view: &View| at(view, 0).distance(at(view, 1));
+    // The first finger has begun to drag the marker.
+    button(&mut view, first, PointerButton::Primary, true, NONE);
+    view.event(touch(0, egui::TouchPhase::Start, first));
+    view.step();
+    view.event(egui::Event::PointerMoved(first + egui::vec2(-9.0, 0.0)));
+    view.event(touch(0, egui::TouchPhase::Move, first + egui::vec2(-9.0, 0.0)));
+    view.step();
+    assert_ne!(document(&view).handles(true), before);
+    let second = first + egui::vec2(91.0, 0.0);
+    view.event(touch(1, egui::TouchPhase::Start, second));
+    view.step();
+    for step in 1..=5 {
+        let out = egui::vec2(10.0 * step as f32, 0.0);
+        view.event(egui::Event::PointerMoved(first + egui::vec2(-9.0, 0.0) - out));
+        view.event(touch(0, egui::TouchPhase::Move, first + egui::vec2(-9.0, 0.0) - out));
+        view.event(touch(1, egui::TouchPhase::Move, second + out));
+        view.step();
+    }
+    view.event(touch(1, egui::TouchPhase::End, second));
+    view.event(touch(0, egui::TouchPhase::End, first));
+    button(&mut view, first, PointerButton::Primary, false, NONE);
+    view.run();
+    assert_eq!(document(&view).handles(true), before, "the marker is where it was");
+    assert_eq!(document(&view).can_undo_and_redo(), [false, false]);
+    let zoomed = apart(&view) / others[0].distance(others[1]);
+    assert!((1.6..2.4).contains(&zoomed), "the fingers went from 100 to 200 points apart: {zoomed}");
+}
+
 #[test]
 fn a_finger_may_rest_before_it_drags() {
     let folder = Folder::new();
@@ -97,23 +138,16 @@ fn a_finger_may_rest_before_it_drags() {
     let handle = handle_in_front(&view);
     let from = at(&view, handle);
     let to = from + egui::vec2(20.0, 12.0);
-    let touch = |phase, pos| egui::Event::Touch {
-        device_id: egui::TouchDeviceId(0),
-        id: egui::TouchId(0),
-        phase,
-        pos,
-        force: None,
-    };
     button(&mut view, from, PointerButton::Primary, true, NONE);
-    view.event(touch(egui::TouchPhase::Start, from));
+    view.event(touch(0, egui::TouchPhase::Start, from));
     let begin = view.ctx.input(|input| input.time);
     while view.ctx.input(|input| input.time) < begin + 2.0 {
         view.step();
     }
     view.event(egui::Event::PointerMoved(to));
-    view.event(touch(egui::TouchPhase::Move, to));
+    view.event(touch(0, egui::TouchPhase::Move, to));
     view.step();
-    view.event(touch(egui::TouchPhase::End, to));
+    view.event(touch(0, egui::TouchPhase::End, to));
     button(&mut view, to, PointerButton::Primary, false, NONE);
     view.run();
     assert!(at(&view, handle).distance(to) < 1.0, "{:?} instead of {to:?}", at(&view, handle));

@@ -2,6 +2,7 @@
 //! from a server on this machine.
 mod conformance;
 mod pages;
+mod touch;
 mod viewer;
 
 use flate2::read::GzDecoder;

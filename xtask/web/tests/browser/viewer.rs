@@ -10,12 +10,12 @@ use rhytid_render::{FrameBuffers, Look, Offscreen, Renderer};
 use rhytid_view::Orbit;
 
 const OPEN: &str = "window.rhytid && ['open', 'unsupported', 'broken'].includes(window.rhytid.state)";
-const STATUS: &str = "JSON.parse(rhytid.viewer.status)";
+pub(crate) const STATUS: &str = "JSON.parse(rhytid.viewer.status)";
 const POSITIONS: &str = "rhytid.viewer.positions().then((positions) => Array.from(positions))";
-const PICTURE: &str = "rhytid.viewer.picture().then((png) => btoa(Array.from(png, (byte) => String.fromCharCode(byte)).join('')))";
+pub(crate) const PICTURE: &str = "rhytid.viewer.picture().then((png) => btoa(Array.from(png, (byte) => String.fromCharCode(byte)).join('')))";
 
 /// Presses and releases a key.
-fn key(key: &str, code: &str, modifiers: u8) -> [Value; 2] {
+pub(crate) fn key(key: &str, code: &str, modifiers: u8) -> [Value; 2] {
     // Chromium uses character codes for letters, and its own codes for other keys.
     let number = match code {
         "Space" => 32,
@@ -32,21 +32,21 @@ fn key(key: &str, code: &str, modifiers: u8) -> [Value; 2] {
     })
 }
 
-fn until(what: &str) -> Value {
+pub(crate) fn until(what: &str) -> Value {
     json!({ "until": what })
 }
 
-fn evaluate(name: &str, what: &str) -> Value {
+pub(crate) fn evaluate(name: &str, what: &str) -> Value {
     json!({ "evaluate": { name: what } })
 }
 
 /// Waits for two pictures, after which all changes are visible.
-fn shown() -> Value {
+pub(crate) fn shown() -> Value {
     json!({ "evaluate": { "_": "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(() => done(0)))))" } })
 }
 
 /// The place of a handle on the page, moved by some pixels.
-fn place(handle: usize, by: f64, axis: usize) -> String {
+pub(crate) fn place(handle: usize, by: f64, axis: usize) -> String {
     let edge = ["left", "top"][axis];
     format!(
         "rhytid.viewer.handle({handle})[{axis}] + document.getElementById('canvas').getBoundingClientRect().{edge} + {by}"
@@ -64,7 +64,7 @@ fn stand() -> Vec<Value> {
 }
 
 /// The viewer in a browser that was changed by the script `before`, after some steps.
-fn opened(before: &str, steps: &[Value], extra: Value) -> Value {
+pub(crate) fn opened(before: &str, steps: &[Value], extra: Value) -> Value {
     let mut visit =
         visit("view.html", before, OPEN, &[("state", "rhytid.state"), ("message", "rhytid.message")]);
     visit["steps"] = Value::from([&stand()[..], steps].concat());
@@ -79,7 +79,7 @@ fn opened(before: &str, steps: &[Value], extra: Value) -> Value {
 }
 
 /// A handle in the middle of the face, far from others.
-fn handle() -> usize {
+pub(crate) fn handle() -> usize {
     let (rig, _) = demo();
     let at = |h: usize| rig.handles().rest[h];
     let apart = |h: usize| {
@@ -94,11 +94,11 @@ fn at_most(rig: &Rig, axis: usize) -> f32 {
     rig.surface().rest.iter().map(|p| p[axis]).fold(f32::MIN, f32::max)
 }
 
-fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+pub(crate) fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>().sqrt()
 }
 
-fn handles(status: &Value) -> Vec<[f32; 3]> {
+pub(crate) fn handles(status: &Value) -> Vec<[f32; 3]> {
     let handles = status["handles"].as_array().unwrap().iter();
     handles.map(|p| [0, 1, 2].map(|c| p[c].as_f64().unwrap() as f32)).collect()
 }
@@ -116,7 +116,7 @@ fn decoded(png: &[u8]) -> (u32, u32, Vec<u8>) {
 }
 
 /// Whether a tenth of a picture of the page has the colour of skin: red over green over blue.
-fn shows_face(png: &[u8]) -> bool {
+pub(crate) fn shows_face(png: &[u8]) -> bool {
     let (width, height, bytes) = decoded(png);
     let pixels = bytes.chunks_exact(bytes.len() / (width * height) as usize);
     let is_skin = |pixel: &&[u8]| pixel[0] > pixel[1].saturating_add(10) && pixel[1] > pixel[2];
@@ -243,44 +243,6 @@ fn drag(script: &str) -> String {
         assert!(off > 0.05 || (look == "F2" && !has_skin), "{look} looks as shaded");
     }
     found["after"]["device"].as_str().unwrap().to_owned()
-}
-
-#[test]
-fn a_telephone_and_its_finger_are_enough() {
-    let handle = handle();
-    let finger = |kind: &str, x: f64, y: f64| {
-        let points = match kind {
-            "touchEnd" => "[]".to_owned(),
-            _ => format!("[{{ x: window.at[0] + {x}, y: window.at[1] + {y} }}]"),
-        };
-        json!({ "method": "Input.dispatchTouchEvent", "params": { "type": kind }, "computed": { "touchPoints": points } })
-    };
-    let at = format!("window.at = [{}, {}]", place(handle, 0.0, 0), place(handle, 0.0, 1));
-    // A slow telephone, on which a finger rests for a second between two pictures.
-    let slow = json!({ "method": "Emulation.setCPUThrottlingRate", "params": { "rate": 20 } });
-    let moved = format!(
-        "((a, b) => Math.hypot(a[0] - b[0], a[1] - b[1], a[2] - b[2]) > 0.05)({STATUS}.handles[{handle}], window.rest)"
-    );
-    let steps = [
-        slow,
-        evaluate("before", STATUS),
-        evaluate("width", "document.documentElement.scrollWidth"),
-        evaluate("rest", &format!("window.rest = {STATUS}.handles[{handle}]")),
-        evaluate("at", &at),
-        finger("touchStart", 0.0, 0.0),
-        shown(),
-        finger("touchMove", 8.0, 0.0),
-        until(&format!("{STATUS}.selected.includes({handle})")),
-        finger("touchMove", 15.0, 0.0),
-        until(&moved),
-        finger("touchEnd", 15.0, 0.0),
-        shown(),
-        evaluate("after", STATUS),
-    ];
-    let found = opened("", &steps, json!({ "width": 390, "touch": true }));
-    assert!(found["width"].as_u64().unwrap() <= 390, "{}", found["width"]);
-    let [before, after] = ["before", "after"].map(|name| handles(&found[name]));
-    assert!(distance(before[handle], after[handle]) > 0.05, "the marker did not follow the finger");
 }
 
 #[test]
