@@ -2,7 +2,7 @@
 // "unsupported" where there is no WebGPU, or "broken" with a `message`; behind the first two `report`, as in report.json, and of a face
 // `off`, `handlePositions` and `positions`. `?binding=BYTES` splits arrays as for a device that takes no more in one binding.
 import init, { conform } from "./rhytid_web.js";
-import { unpacked, whenLost, whyNot } from "./webgpu.js";
+import { nameOf, unpacked, whenLost, whyNot } from "./webgpu.js";
 
 const result = (window.rhytid = { state: "running" });
 const element = (id) => document.getElementById(id);
@@ -19,11 +19,6 @@ function end(state, message) {
 // Where a program in WebAssembly panics, nobody who waits for it hears of it.
 addEventListener("error", (event) => end("broken", `The suite stopped: ${event.message}`));
 addEventListener("unhandledrejection", (event) => end("broken", `The suite stopped: ${event.reason?.message ?? event.reason}`));
-
-// The names that the browser has for its GPU, which may be none.
-function nameOf({ description, vendor, architecture, device }) {
-    return description || [vendor, architecture, device].filter((word) => word).join(" ") || "a GPU without a name";
-}
 
 function offer(name, type, text) {
     const link = document.createElement("a");
@@ -47,7 +42,7 @@ async function run() {
     const [rig] = await Promise.all([unpacked("demo.safetensors.gz"), init()]);
     const progress = element("progress");
     progress.hidden = false;
-    const found = await conform(nameOf(adapter.info), navigator.userAgent, binding, rig, (done, total) => {
+    const found = await conform(nameOf(adapter.info) || "a GPU without a name", navigator.userAgent, binding, rig, (done, total) => {
         Object.assign(progress, { value: done, max: total });
         element("status").textContent = `Case ${done + 1} of ${total}`;
     });

@@ -12,12 +12,17 @@ export async function whyNot() {
     return null;
 }
 
-// Tells when a device that the page makes from now on is lost. A canvas cannot say so any more. `made` gets each device.
+// The name that the browser has for a GPU: its maker and architecture, or what the driver says. Empty where the browser keeps it.
+export function nameOf({ description, vendor, architecture, device }) {
+    return description || [vendor, architecture, device].filter((word) => word).join(" ");
+}
+
+// Tells when a device that the page makes from now on is lost. A canvas cannot say so any more. `made` gets each device and its adapter.
 export function whenLost(tell, made) {
     const request = GPUAdapter.prototype.requestDevice;
     GPUAdapter.prototype.requestDevice = async function (...options) {
         const device = await request.apply(this, options);
-        made?.(device);
+        made?.(device, this);
         device.lost.then(tell);
         return device;
     };

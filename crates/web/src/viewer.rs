@@ -57,6 +57,12 @@ impl Viewer {
         self.with(|app| app.inbox().put(files.map(|(name, bytes)| (name, Ok(bytes))).collect()));
     }
 
+    /// Names the device that draws. The page knows more of WebGPU's adapter than the program.
+    #[wasm_bindgen(js_name = nameDevice)]
+    pub fn name_device(&self, name: String) {
+        self.with(|app| app.name_device(name));
+    }
+
     /// The state of the viewer, as JSON.
     ///
     /// `open` is the rig's name, or null. The other keys are `vertices`, `frames`, `frame`, `playing`,

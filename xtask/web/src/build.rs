@@ -1,5 +1,5 @@
 //! The folder with the pages.
-use crate::Result;
+use crate::{Result, film};
 use flate2::Compression;
 use flate2::write::GzEncoder;
 use rhytid_core::{NoProgress, rig_file};
@@ -32,8 +32,8 @@ const PROGRAMS: [Program; 2] =
 /// About how many vertices the demo rig beside the pages has. Fewer would not show wrinkles.
 const DEMO_VERTICES: usize = 4_000;
 
-/// The demo's files beside the pages, as gzip.
-const DATA: [&str; 2] = ["demo.csv.gz", "demo.safetensors.gz"];
+/// The demo's files beside the pages: its take and rig as gzip, and a film of them with its first picture.
+const DATA: [&str; 4] = ["demo.csv.gz", "demo.safetensors.gz", "film.mp4", "film.png"];
 
 /// The size of a file of the folder.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -146,18 +146,23 @@ fn finish(name: &str, program: &Path, folder: &Path) -> Result {
     finished.map_err(|e| format!("wasm-bindgen refuses {}: {e:#}", program.display()))
 }
 
-/// Solves the demo face, whose rig the pages evaluate, and writes its performance.
+/// Solves the demo face, whose rig the pages evaluate, and writes its performance and a film of it.
 fn demo(folder: &Path) -> Result {
     let face = rhytid_demo::face(DEMO_VERTICES);
     let failed = |e: rhytid_core::Error| format!("the demo: {e}");
-    let rig = rhytid_solve::solve(&face, &NoProgress)
-        .and_then(|rig| rig_file::encode(&rig.rounded()?))
-        .map_err(failed)?;
+    let rig = rhytid_solve::solve(&face, &NoProgress).and_then(|rig| rig.rounded()).map_err(failed)?;
+    let encoded = rig_file::encode(&rig).map_err(failed)?;
     let plain = folder.join("demo.csv");
-    take::write(&plain, &rhytid_demo::performance(&face)).map_err(failed)?;
-    let performance = fs::read(&plain).map_err(|e| at(&plain, &e))?;
+    let performance = rhytid_demo::performance(&face);
+    take::write(&plain, &performance).map_err(failed)?;
+    let table = fs::read(&plain).map_err(|e| at(&plain, &e))?;
     fs::remove_file(&plain).map_err(|e| at(&plain, &e))?;
-    for (name, bytes) in DATA.iter().zip([performance, rig]) {
+    let [table_name, rig_name, film_name, picture_name] = DATA;
+    let film = film::of(&rig, &performance).map_err(failed)?;
+    for (name, bytes) in [(film_name, film.bytes), (picture_name, film.first)] {
+        fs::write(folder.join(name), bytes).map_err(|e| at(&folder.join(name), &e))?;
+    }
+    for (name, bytes) in [(table_name, table), (rig_name, encoded)] {
         let path = folder.join(name);
         let file = fs::File::create(&path).map_err(|e| at(&path, &e))?;
         let mut packed = GzEncoder::new(file, Compression::best());

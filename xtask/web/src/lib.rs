@@ -5,6 +5,7 @@
 #![forbid(unsafe_code)]
 
 mod build;
+mod film;
 mod server;
 
 pub use build::{Size, Warnings, build};

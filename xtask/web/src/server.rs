@@ -108,6 +108,8 @@ fn media_type(name: &str) -> &'static str {
         "js" => "text/javascript; charset=utf-8",
         "wasm" => "application/wasm",
         "json" => "application/json",
+        "mp4" => "video/mp4",
+        "png" => "image/png",
         _ => "application/octet-stream",
     }
 }

@@ -61,6 +61,9 @@ const ENDED: &str = "window.rhytid && window.rhytid.state !== 'running'";
 /// The change that makes a browser one without WebGPU.
 const NO_WEBGPU: &str = "Object.defineProperty(Navigator.prototype, 'gpu', { value: undefined });";
 
+/// The change that takes away every context of canvases, WebGL 2 among them.
+const NO_WEBGL: &str = "HTMLCanvasElement.prototype.getContext = () => null;";
+
 /// A page, the changes to the browser before it, and the queries after it.
 fn visit(page: &str, before: &str, until: &str, evaluate: &[(&str, &str)]) -> Value {
     let evaluate: serde_json::Map<String, Value> =

@@ -1,5 +1,6 @@
 //! Rules for all pages.
 
+use super::viewer::shows_face;
 use super::*;
 use std::net::TcpListener;
 
@@ -44,8 +45,7 @@ fn the_page_asks_for_nothing_elsewhere_and_may_not() {
 
 #[test]
 fn without_webgpu_one_sentence_says_who_has_it() {
-    let no_webgl = "HTMLCanvasElement.prototype.getContext = () => null;";
-    let neither = format!("{NO_WEBGPU} {no_webgl}");
+    let neither = format!("{NO_WEBGPU} {NO_WEBGL}");
     let no_adapter = "GPU.prototype.requestAdapter = async () => null;";
     let sentence = |page: &str, before: &str| {
         let evaluate = [&RESULT[..], &[("shown", "document.getElementById('status').innerText")]].concat();
@@ -69,6 +69,37 @@ fn without_webgpu_one_sentence_says_who_has_it() {
 }
 
 #[test]
+fn where_no_face_can_be_drawn_a_film_of_it_plays() {
+    let folder = tempfile::tempdir().unwrap();
+    let picture = folder.path().join("page.png");
+    let film = "document.getElementById('film')";
+    let hidden = "['canvas', 'open'].map((id) => document.getElementById(id).checkVisibility())";
+    let size = format!("[{film}.videoWidth, {film}.videoHeight, {film}.checkVisibility(), {film}.muted]");
+    let shown = "document.getElementById('status').innerText";
+    let mut visit = visit("view.html", &format!("{NO_WEBGPU} {NO_WEBGL}"), ENDED, &[]);
+    // It plays to its end and begins again.
+    visit["steps"] = json!([
+        { "until": format!("{film}.currentTime > 0.3") },
+        { "evaluate": { "shown": shown, "hidden": hidden, "size": size, "length": format!("{film}.duration") } },
+        { "evaluate": { "_": format!("({film}.playbackRate = 8, 0)") } },
+        { "until": format!("{film}.currentTime > 6") },
+        { "until": format!("{film}.currentTime < 3") },
+    ]);
+    visit["picture"] = json!(picture);
+    visit["width"] = json!(390);
+    let visited = visited(visit);
+    let found = &visited["found"];
+    assert_eq!(visited["errors"], json!([]));
+    assert_eq!(found["size"], json!([480, 480, true, true]));
+    assert_eq!(found["hidden"], json!([false, false]));
+    let take = &demo().1;
+    let seconds = take.times.len() as f64 / take.rate();
+    assert!((found["length"].as_f64().unwrap() - seconds).abs() < 0.05, "{} of {seconds}", found["length"]);
+    assert!(found["shown"].as_str().unwrap().contains("no WebGL 2 either"), "{found}");
+    assert!(shows_face(&std::fs::read(&picture).unwrap()), "the page does not show the film");
+}
+
+#[test]
 fn all_of_it_without_data_is_small() {
     let files = &pages().files;
     // A browser loads one of the two programs.
@@ -82,5 +113,7 @@ fn all_of_it_without_data_is_small() {
         assert!(bytes < most, "{program}: {files:?}");
     }
     let data: Vec<&str> = files.iter().filter(|file| file.is_data).map(|file| file.name.as_str()).collect();
-    assert_eq!(data, ["demo.csv.gz", "demo.safetensors.gz"]);
+    assert_eq!(data, ["demo.csv.gz", "demo.safetensors.gz", "film.mp4", "film.png"]);
+    let film: u64 = files.iter().filter(|file| file.name.starts_with("film.")).map(|file| file.bytes).sum();
+    assert!(film < 1_000_000, "{files:?}");
 }
