@@ -4,7 +4,7 @@ use crate::labels::{is_unlabelled, same_names};
 use crate::subjects::{self, ambiguous};
 use crate::tracks::median_point;
 use glam::DVec3;
-use rhytid_core::{Error, Face, Handles, Mesh, RawTake, Result, Rig, Settings, Take};
+use rhytid_core::{Error, Face, Handles, Mesh, Progress, RawTake, Result, Rig, Settings, Take};
 use std::collections::{BTreeMap, HashSet};
 
 /// A handle and the marker that probably belongs to it.
@@ -49,6 +49,7 @@ pub fn match_by_position(
     raw: &RawTake,
     map: &BTreeMap<String, String>,
     subject: Option<&str>,
+    progress: &dyn Progress,
 ) -> Result<Vec<Match>> {
     let raw = &usable(&rig.handles().labels, raw, map, subject)?;
     let labels = &raw.tracks.labels;
@@ -59,7 +60,7 @@ pub fn match_by_position(
         .zip(&rig.handles().points)
         .filter_map(|(column, point)| Some((labels[(*column)?].clone(), *point)));
     let settings = HandleSettings { known: pairs.collect(), ..HandleSettings::default() };
-    let laid = place_handles(&face, raw, &settings)?;
+    let laid = place_handles(&face, raw, &settings, progress)?;
     if laid.cost > POOR {
         return Err(misfit());
     }

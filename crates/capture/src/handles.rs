@@ -13,7 +13,7 @@ use crate::{by_motion, head, head_markers};
 use glam::DVec3;
 use rhytid_core::numbers::median;
 use rhytid_core::text::listed;
-use rhytid_core::{Error, Face, Handles, InputErrorKind, RawTake, Result, SurfacePoint, Take};
+use rhytid_core::{Error, Face, Handles, InputErrorKind, Progress, RawTake, Result, SurfacePoint, Take};
 use rhytid_geometry::registration::{OntoSurface, Similarity};
 use rhytid_solve::head::Region;
 use rhytid_solve::{Placed, Skin};
@@ -130,14 +130,20 @@ impl PlacedHandles {
 /// Places a handle for each marker on skin, from one frame of `raw`. The handles of `face` are ignored.
 ///
 /// # Errors
+/// [`Error::Cancelled`], within some seconds.
 /// [`Error::Input`]: a frame, a label or an actor that the take does not have, fewer than four markers, a
 /// mesh that is not whole or looks elsewhere.
-pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> Result<PlacedHandles> {
+pub fn place_handles(
+    face: &Face,
+    raw: &RawTake,
+    settings: &HandleSettings,
+    progress: &dyn Progress,
+) -> Result<PlacedHandles> {
     let skin = match &settings.head {
         Some(head) => Skin::from_region(face, head)?,
         None => Skin::from_face(face)?,
     };
-    let mut placed = place(face, raw, settings, &skin)?;
+    let mut placed = place(face, raw, settings, &skin, progress)?;
     if settings.frame.is_some() || !placed.faults.is_empty() {
         return Ok(placed);
     }
@@ -145,7 +151,10 @@ pub fn place_handles(face: &Face, raw: &RawTake, settings: &HandleSettings) -> R
     let length = ((HELD * raw.tracks.rate()).round() as usize).clamp(1, raw.tracks.frames());
     for held in [0..length, raw.tracks.frames() - length..raw.tracks.frames()] {
         let frame = Some(fullest_frame(&raw.tracks, &placed.handles.labels, held));
-        let there = place(face, raw, &HandleSettings { frame, ..settings.clone() }, &skin);
+        let there = place(face, raw, &HandleSettings { frame, ..settings.clone() }, &skin, progress);
+        if progress.cancelled() {
+            return Err(Error::Cancelled);
+        }
         let is_better = |there: &PlacedHandles| {
             there.is_better(&placed) && there.from(&placed, &skin) * face.metres_per_unit < SAME
         };
@@ -164,8 +173,14 @@ fn fullest_frame(take: &Take, labels: &[String], frames: Range<usize>) -> usize 
 }
 
 /// Places a handle for each marker in one frame.
-fn place(face: &Face, raw: &RawTake, settings: &HandleSettings, skin: &Skin) -> Result<PlacedHandles> {
-    let mut placing = Placing::new(face, raw, settings, skin)?;
+fn place(
+    face: &Face,
+    raw: &RawTake,
+    settings: &HandleSettings,
+    skin: &Skin,
+    progress: &dyn Progress,
+) -> Result<PlacedHandles> {
+    let mut placing = Placing::new(face, raw, settings, skin, progress)?;
     let unlabelled = placing.without_unlabelled();
     let actor = placing.columns.clone();
     let mut faults = placing.keep_the_face()?;
@@ -251,6 +266,7 @@ struct Placing<'a> {
     take: &'a Take,
     settings: &'a HandleSettings,
     skin: &'a Skin,
+    progress: &'a dyn Progress,
     /// Metres in one unit of the take, if known.
     metres: Option<f64>,
     in_head_space: bool,
@@ -263,7 +279,13 @@ struct Placing<'a> {
 }
 
 impl<'a> Placing<'a> {
-    fn new(face: &'a Face, raw: &'a RawTake, settings: &'a HandleSettings, skin: &'a Skin) -> Result<Self> {
+    fn new(
+        face: &'a Face,
+        raw: &'a RawTake,
+        settings: &'a HandleSettings,
+        skin: &'a Skin,
+        progress: &'a dyn Progress,
+    ) -> Result<Self> {
         let take = &raw.tracks;
         let metres = settings.metres_per_unit.or(raw.metres_per_unit);
         let mut placing = Self {
@@ -271,6 +293,7 @@ impl<'a> Placing<'a> {
             take,
             settings,
             skin,
+            progress,
             metres: metres.or(raw.in_head_space.then_some(face.metres_per_unit)),
             in_head_space: raw.in_head_space,
             is_video: raw.is_video,
@@ -505,6 +528,10 @@ impl<'a> Placing<'a> {
 
     /// Lays some markers over the skin, the right way up.
     fn lay(&self, columns: &[usize], posture: &Posture) -> Result<Laid> {
+        // It takes up to some seconds.
+        if self.progress.cancelled() {
+            return Err(Error::Cancelled);
+        }
         let mut laid = self.lay_all(columns)?;
         let known = Known {
             posture,

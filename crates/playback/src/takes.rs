@@ -156,7 +156,7 @@ pub fn read_raw_take(
     let mut matches = Vec::new();
     if 2 * named < handles.len() && raw.tracks.frames() > 0 {
         progress.step("match the markers by position", 0, 1)?;
-        matches = match match_by_position(rig, &raw, &settings.markers, subject) {
+        matches = match match_by_position(rig, &raw, &settings.markers, subject, progress) {
             // Without a match, the clean-up's error names the markers that there are.
             Err(Error::Input(error)) if !error.remedies().contains(&Remedy::ChooseSubject) => Vec::new(),
             matches => matches.map_err(in_file)?,

@@ -3,7 +3,8 @@
 use glam::{DQuat, DVec3};
 use rhytid_capture::{HandleSettings, Match, PlacedHandles, match_by_position, place_handles};
 use rhytid_core::{
-    Example, Face, Handles, NoProgress, RawTake, Rig, Settings, SurfacePoint, Take, UpAxis, VertexId,
+    Error, Example, Face, Handles, NoProgress, Progress, RawTake, Rig, Settings, SurfacePoint, Take, UpAxis,
+    VertexId,
 };
 use rhytid_formats::{mesh, raw_take, tables};
 use rhytid_test_support::points::beside;
@@ -46,7 +47,7 @@ fn places(face: &Face, handles: &Handles) -> BTreeMap<String, DVec3> {
 }
 
 fn placed(face: &Face, raw: &RawTake) -> PlacedHandles {
-    place_handles(face, raw, &HandleSettings::default()).unwrap()
+    place_handles(face, raw, &HandleSettings::default(), &NoProgress).unwrap()
 }
 
 #[test]
@@ -84,8 +85,17 @@ fn markers_find_their_vertices_on_the_head_that_they_are_from() {
         *x = (turn * (DVec3::from_array(*x) / 25.4) + DVec3::new(40.0, -7.0, 3.0)).to_array();
     }
     other.metres_per_unit = None;
+    struct Stop;
+    impl Progress for Stop {
+        fn report(&self, _step: &'static str, _done: u64, _total: u64) {}
+        fn cancelled(&self) -> bool {
+            true
+        }
+    }
     let settings = HandleSettings { frame: Some(found.frame), ..HandleSettings::default() };
-    let again = place_handles(&head, &other, &settings).unwrap();
+    let stopped = place_handles(&head, &other, &settings, &Stop);
+    assert!(matches!(stopped, Err(Error::Cancelled)), "it stops when asked to");
+    let again = place_handles(&head, &other, &settings, &NoProgress).unwrap();
     assert_eq!(again.handles.labels, found.handles.labels);
     let (before, after) = (places(&head, &found.handles), places(&head, &again.handles));
     for (label, x) in &before {
@@ -94,12 +104,12 @@ fn markers_find_their_vertices_on_the_head_that_they_are_from() {
 
     // Known vertices are kept, and unknown ones are reported.
     let known = HandleSettings { known: vec![("mp30".into(), VertexId(3).into())], ..settings };
-    let kept = place_handles(&head, &other, &known).unwrap().handles;
+    let kept = place_handles(&head, &other, &known, &NoProgress).unwrap().handles;
     assert_eq!(
         kept.points[kept.labels.iter().position(|label| label == "mp30").unwrap()],
         VertexId(3).into()
     );
-    let wrong = |settings| place_handles(&head, &raw, &settings).unwrap_err().to_string();
+    let wrong = |settings| place_handles(&head, &raw, &settings, &NoProgress).unwrap_err().to_string();
     let no_marker =
         HandleSettings { known: vec![("mp99".into(), VertexId(3).into())], ..HandleSettings::default() };
     assert!(wrong(no_marker).starts_with("no marker of the take is called “mp99”"));
@@ -127,7 +137,7 @@ fn markers_between_vertices_are_placed_there() {
         ..RawTake::default()
     };
     let settings = HandleSettings { rigid: Some(Vec::new()), ..HandleSettings::default() };
-    let found = place_handles(&head, &raw, &settings).unwrap().handles;
+    let found = place_handles(&head, &raw, &settings, &NoProgress).unwrap().handles;
     let (expected, at) = (places(&head, &beside), places(&head, &found));
     let mut off: Vec<f64> = at.iter().map(|(label, x)| x.distance(expected[label])).collect();
     off.sort_by(f64::total_cmp);
@@ -138,7 +148,7 @@ fn markers_between_vertices_are_placed_there() {
 
     // Handles that turn are at vertices.
     head.settings.rotations = true;
-    let found = place_handles(&head, &raw, &settings).unwrap().handles;
+    let found = place_handles(&head, &raw, &settings, &NoProgress).unwrap().handles;
     assert!(found.points.iter().all(|point| point.vertex().is_some()));
 }
 
@@ -165,7 +175,7 @@ fn markers_of_another_actor_come_to_lie_where_they_belong() {
     // In this frame, markers of the outer lids lie nearest to this head's corners of the eyes, which do not
     // blink.
     let settings = HandleSettings { frame: Some(714), ..HandleSettings::default() };
-    let found = place_handles(&head, &raw, &settings).unwrap();
+    let found = place_handles(&head, &raw, &settings, &NoProgress).unwrap();
     let blink = head.examples.iter().find(|example| example.name == "blink").unwrap();
     for label in ["fps35", "fps36"] {
         let i = found.handles.labels.iter().position(|known| known == label).unwrap();
@@ -217,7 +227,7 @@ fn markers_of_other_names_are_matched_by_where_they_are() {
             other.tracks.positions = positions.flat_map(|frame| columns.iter().map(|&m| frame[m])).collect();
             let label = |m: usize| if m < kept { names[m].clone() } else { format!("M{m:03}") };
             other.tracks.labels = columns.iter().map(|&m| label(m)).collect();
-            let found = match_by_position(&rig, &other, &BTreeMap::new(), None).unwrap();
+            let found = match_by_position(&rig, &other, &BTreeMap::new(), None, &NoProgress).unwrap();
             let there: Vec<&str> = columns
                 .iter()
                 .map(|&m| &names[m][..])
@@ -263,7 +273,7 @@ fn a_marker_under_two_labels_is_named_with_the_other() {
     tracks.labels.push("twin".into());
     tracks.positions =
         tracks.positions.chunks(count).flat_map(|frame| [frame, &frame[tip..=tip]].concat()).collect();
-    let found = place_handles(&head, &raw, &settings).unwrap();
+    let found = place_handles(&head, &raw, &settings, &NoProgress).unwrap();
     let at = places(&head, &found.handles);
     assert!(at["mp30"].distance(at["twin"]) > 0.5, "two handles at one place");
     let said = found.warnings.iter().find(|warning| warning.contains("next free vertex")).unwrap();

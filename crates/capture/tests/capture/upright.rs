@@ -4,7 +4,7 @@ use crate::handles::face;
 use glam::{DMat3, DVec3};
 use rhytid_capture::{HandleSettings, PlacedHandles, place_handles};
 use rhytid_core::numbers::median;
-use rhytid_core::{Face, RawTake, Take};
+use rhytid_core::{Face, NoProgress, RawTake, Take};
 use rhytid_formats::{raw_take, tables};
 use rhytid_test_support::shared;
 use std::collections::BTreeMap;
@@ -59,7 +59,7 @@ fn apart(a: &BTreeMap<String, DVec3>, b: &BTreeMap<String, DVec3>) -> f64 {
 }
 
 fn placed(face: &Face, raw: &RawTake) -> PlacedHandles {
-    place_handles(face, raw, &HandleSettings::default()).unwrap()
+    place_handles(face, raw, &HandleSettings::default(), &NoProgress).unwrap()
 }
 
 /// The rotations that take axes to axes.
@@ -189,11 +189,11 @@ fn two_faces_are_told_apart_by_their_actor() {
     let found = placed(&head, &raw);
     assert!(found.faults.iter().any(|fault| fault.contains("more than one face")), "{:?}", found.faults);
     let settings = HandleSettings { subject: Some("Ben".into()), ..HandleSettings::default() };
-    let found = place_handles(&head, &raw, &settings).unwrap();
+    let found = place_handles(&head, &raw, &settings, &NoProgress).unwrap();
     assert!(found.faults.is_empty() && found.handles.labels.iter().all(|label| label.starts_with("Ben:")));
     assert!(found.handles.labels.len() > 80);
     let settings = HandleSettings { subject: Some("Carl".into()), ..HandleSettings::default() };
-    let error = place_handles(&head, &raw, &settings).unwrap_err().to_string();
+    let error = place_handles(&head, &raw, &settings, &NoProgress).unwrap_err().to_string();
     assert!(error.contains("is called \"Carl\"; it has \"Anna\", \"Ben\""), "{error}");
 }
 
@@ -217,6 +217,8 @@ fn a_still_take_of_few_markers_does_not_say_which_way_is_up() {
     // Three known points say where it is.
     let at = found.handles.points.iter().take(3).copied();
     let known = found.handles.labels.iter().cloned().zip(at).collect();
-    let found = place_handles(&head, &raw, &HandleSettings { known, ..HandleSettings::default() }).unwrap();
+    let found =
+        place_handles(&head, &raw, &HandleSettings { known, ..HandleSettings::default() }, &NoProgress)
+            .unwrap();
     assert!(found.faults.is_empty(), "{:?}", found.faults);
 }

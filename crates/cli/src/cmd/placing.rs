@@ -148,7 +148,7 @@ pub(super) fn at_markers(
             subject: options.subject.clone(),
             head: Some(head.region.clone()),
         };
-        match place_handles(&face, &raw, &settings) {
+        match place_handles(&face, &raw, &settings, ui) {
             Ok(found) => {
                 let is_better =
                     |before: &PlacedHandles| match (found.faults.is_empty(), before.faults.is_empty()) {

@@ -22,7 +22,7 @@ fn makehuman(shared: &Path) -> Face {
         settings: SolveSettings::default(),
     };
     let raw = raw_take::read(&shared.join("data/takes/rom_3_raw.c3d"), None).unwrap();
-    face.handles = place_handles(&face, &raw, &HandleSettings::default()).unwrap().handles;
+    face.handles = place_handles(&face, &raw, &HandleSettings::default(), &NoProgress).unwrap().handles;
     face
 }
 
