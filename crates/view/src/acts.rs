@@ -73,7 +73,11 @@ impl Scene {
             | Command::SaveExample
             | Command::SaveEdits => {}
             #[cfg(not(target_arch = "wasm32"))]
-            Command::Close | Command::Open => {}
+            Command::Close
+            | Command::Open
+            | Command::ExportUsd
+            | Command::ExportGlb
+            | Command::ExportFilm => {}
         }
     }
 

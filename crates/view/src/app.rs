@@ -4,6 +4,8 @@ use crate::commands::Command;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::dialog::Choosing;
 use crate::document::Document;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::export::Exporting;
 use crate::gpu::Gpu;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::leaving::Leaving;
@@ -64,6 +66,9 @@ pub struct ViewApp {
     pub(crate) devices: Vec<DeviceInfo>,
     pub(crate) device: Option<DeviceInfo>,
     pub(crate) opening: Option<Opening>,
+    /// The export that goes on.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) exporting: Option<Exporting>,
     /// What waits until the user has said what becomes of the pulls.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) leaving: Option<Leaving>,
@@ -129,6 +134,8 @@ impl ViewApp {
             devices: Vec::new(),
             device: None,
             opening: None,
+            #[cfg(not(target_arch = "wasm32"))]
+            exporting: None,
             #[cfg(not(target_arch = "wasm32"))]
             leaving: None,
             #[cfg(not(target_arch = "wasm32"))]
@@ -359,6 +366,8 @@ impl ViewApp {
             Command::Screenshot | Command::SaveFrame | Command::SaveExample | Command::SaveEdits => {
                 self.save(command);
             }
+            #[cfg(not(target_arch = "wasm32"))]
+            Command::ExportUsd | Command::ExportGlb | Command::ExportFilm => self.export(command),
             _ => {
                 if let Some(scene) = &mut self.scene {
                     scene.run(command, &self.settings);

@@ -13,12 +13,13 @@ pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
     let opening = app.opening.as_ref().map(|opening| (opening.in_words(), opening.work.age()));
     let scene = app.scene.as_ref().and_then(|scene| scene.work(&app.settings));
     let scene = scene.map(|(words, work)| (words, work.age()));
+    let works = [(Whose::Opening, opening), (Whose::Scene, scene), (Whose::Export, export(app))];
     let mut shown = Vec::new();
-    for (of_scene, work) in [(false, opening), (true, scene)] {
+    for (whose, work) in works {
         let Some((words, age)) = work else { continue };
         match WORTH_A_WORD.checked_sub(age) {
             Some(left) => context.request_repaint_after(left),
-            None => shown.push((of_scene, words)),
+            None => shown.push((whose, words)),
         }
     }
     if shown.is_empty() {
@@ -31,11 +32,11 @@ pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
     area.order(egui::Order::Middle).show(context, |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
             ui.set_max_width((room.width() - 48.0).clamp(120.0, 420.0));
-            for (of_scene, words) in shown {
+            for (whose, words) in shown {
                 ui.horizontal(|ui| {
                     spinner(ui);
                     if ui.button("Stop").clicked() {
-                        stop(app, of_scene);
+                        stop(app, whose);
                     }
                     ui.add(egui::Label::new(words).wrap());
                 });
@@ -44,11 +45,35 @@ pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
     });
 }
 
-fn stop(app: &mut ViewApp, of_scene: bool) {
-    match &mut app.scene {
-        Some(scene) if of_scene => scene.stop(&mut app.settings),
-        _ => app.stop_opening(),
+/// Whose work it is.
+#[derive(Clone, Copy)]
+enum Whose {
+    Opening,
+    Scene,
+    Export,
+}
+
+fn stop(app: &mut ViewApp, whose: Whose) {
+    match (whose, &mut app.scene) {
+        (Whose::Scene, Some(scene)) => scene.stop(&mut app.settings),
+        (Whose::Scene, None) => {}
+        (Whose::Opening, _) => app.stop_opening(),
+        #[cfg(not(target_arch = "wasm32"))]
+        (Whose::Export, _) => app.stop_exporting(),
+        #[cfg(target_arch = "wasm32")]
+        (Whose::Export, _) => {}
     }
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn export(app: &ViewApp) -> Option<(String, Duration)> {
+    app.exporting.as_ref().map(|task| (task.0.in_words(), task.0.work.age()))
+}
+
+/// A browser has no files to export to.
+#[cfg(target_arch = "wasm32")]
+fn export(_: &ViewApp) -> Option<(String, Duration)> {
+    None
 }
 
 /// Eight dots, one of which is bright. egui's own spinner draws the window anew as often as it can.

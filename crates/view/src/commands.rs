@@ -47,6 +47,12 @@ pub(crate) enum Command {
     SaveExample,
     SaveEdits,
     #[cfg(not(target_arch = "wasm32"))]
+    ExportUsd,
+    #[cfg(not(target_arch = "wasm32"))]
+    ExportGlb,
+    #[cfg(not(target_arch = "wasm32"))]
+    ExportFilm,
+    #[cfg(not(target_arch = "wasm32"))]
     Close,
     #[cfg(not(target_arch = "wasm32"))]
     Open,

@@ -195,10 +195,16 @@ impl Document {
 
     /// The effects of edits on the frame that is shown, apart from moves of handles.
     pub(crate) fn frame_edits(&self) -> Option<EditedFrame> {
+        self.frame_edits_at(self.transport.frame())
+    }
+
+    /// The same of another frame.
+    pub(crate) fn frame_edits_at(&self, frame: usize) -> Option<EditedFrame> {
         let edits = &self.shown_edits()?.on_frames;
-        let time = self.take.as_ref()?.take.times.get(self.transport.frame()).copied()?;
-        let without = sums(&self.handles(false), &self.pulled(self.transport.frame()));
-        let without = Some(without).filter(|without| edits.has_falloff() && *without != self.handles(true));
+        let time = self.take.as_ref()?.take.times.get(frame).copied()?;
+        let without = sums(&self.handles_at(frame, false), &self.pulled(frame));
+        let is_other = |without: &Vec<[f32; 3]>| *without != self.handles_at(frame, true);
+        let without = Some(without).filter(|without| edits.has_falloff() && is_other(without));
         (without.is_some() || edits.touches(time)).then(|| EditedFrame {
             edits: edits.clone(),
             time,
@@ -256,8 +262,12 @@ impl Document {
     /// H positions of the frame that is shown, in mesh units and head space: with edits and drags, or without
     /// both.
     pub fn handles(&self, dragged: bool) -> Vec<[f32; 3]> {
+        self.handles_at(self.transport.frame(), dragged)
+    }
+
+    /// The same of another frame.
+    pub(crate) fn handles_at(&self, frame: usize, dragged: bool) -> Vec<[f32; 3]> {
         let per_frame = 3 * self.rest.len();
-        let frame = self.transport.frame();
         let edited = self.shown_edits().filter(|_| dragged).map(|edits| &edits.positions);
         let positions = edited.unwrap_or(&self.positions);
         let base = match (&self.live, positions.get(frame * per_frame..(frame + 1) * per_frame)) {

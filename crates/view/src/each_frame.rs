@@ -32,6 +32,8 @@ impl eframe::App for ViewApp {
         self.take_live();
         #[cfg(not(target_arch = "wasm32"))]
         self.take_chosen();
+        #[cfg(not(target_arch = "wasm32"))]
+        self.take_exported();
         self.play(&context);
         self.take_dropped(ui);
         if !self.is_asking() {

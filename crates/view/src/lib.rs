@@ -35,6 +35,8 @@ mod document;
 mod each_frame;
 mod edits;
 mod events;
+#[cfg(not(target_arch = "wasm32"))]
+mod export;
 mod files;
 mod frame_source;
 mod gpu;

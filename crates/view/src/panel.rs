@@ -56,6 +56,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
                     wanted.push(command);
                 }
             }
+            exports(app, ui, &mut wanted);
         });
     }
     section(ui, "Window", false, theme);
@@ -64,6 +65,26 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         section(ui, "Vertex", true, |ui| vertex(scene, ui));
     }
     wanted.into_iter().for_each(|command| app.run(command, ui));
+}
+
+/// The buttons of exports. Only the range of the time line is exported.
+#[cfg(not(target_arch = "wasm32"))]
+fn exports(app: &ViewApp, ui: &mut egui::Ui, wanted: &mut Vec<Command>) {
+    let document = app.document().filter(|document| document.take().is_some());
+    if let Some(document) = document.filter(|document| !document.transport.plays_all()) {
+        let [first, last] = document.transport.range();
+        ui.weak(format!("of the take, frames {first} to {last}:"));
+    }
+    for (words, command) in [
+        ("The take with edits, as USD", Command::ExportUsd),
+        ("The take with edits, as GLB", Command::ExportGlb),
+        ("A film of what is seen", Command::ExportFilm),
+    ] {
+        let can = document.is_some() && !app.is_exporting();
+        if ui.add_enabled(can, egui::Button::new(words)).clicked() {
+            wanted.push(command);
+        }
+    }
 }
 
 /// The button that opens files, and the files that were opened lately.

@@ -243,6 +243,25 @@ impl Scene {
         }
     }
 
+    /// The pictures of the range of the take, a frame each, as the window would draw them now.
+    ///
+    /// # Errors
+    /// [`Error::Input`] before the first picture.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn orders(&self) -> Result<Vec<Order>> {
+        let like = self.wanted.as_ref().ok_or_else(|| Error::empty("nothing was drawn yet"))?;
+        let document = &self.document;
+        let [first, last] = document.transport.range();
+        let order = |frame: usize| Order {
+            handles: document.handles_at(frame, true),
+            undragged: like.undragged.is_some().then(|| document.handles_at(frame, false)),
+            edits: document.frame_edits_at(frame),
+            under: None,
+            ..like.clone()
+        };
+        Ok((first..=last).map(order).collect())
+    }
+
     /// Prepares the light of skin when it is first shown.
     fn prepare_skin(&mut self, settings: &Settings, patience: Duration, news: &mut Vec<News>) {
         let is_wanted = settings.show == Show::Skin;

@@ -66,14 +66,28 @@ impl Studio {
             }
             #[cfg(not(target_arch = "wasm32"))]
             Job::SavePicture(order, rig_file) => {
-                let painted = self.paint(*order, Fineness::Whole, progress)?;
-                let picture = self.canvas.picture()?;
-                let mut picture =
-                    picture.ok_or_else(|| rhytid_core::Error::Internal("nothing was drawn".to_owned()))?;
-                crate::save::write_legend(&mut picture, &painted.order);
+                let picture = self.picture(*order, progress)?;
                 crate::save::picture(&rig_file, &picture).map(Answer::Saved)
             }
         }
+    }
+
+    /// The picture of an order, drawn in full, with the legend of its map.
+    ///
+    /// # Errors
+    /// As evaluating and drawing.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn picture(
+        &mut self,
+        order: Order,
+        progress: &dyn Progress,
+    ) -> Result<rhytid_render::Picture> {
+        let painted = self.paint(order, Fineness::Whole, progress)?;
+        let picture = self.canvas.picture()?;
+        let mut picture =
+            picture.ok_or_else(|| rhytid_core::Error::Internal("nothing was drawn".to_owned()))?;
+        crate::save::write_legend(&mut picture, &painted.order);
+        Ok(picture)
     }
 
     fn paint(&mut self, order: Order, fineness: Fineness, progress: &dyn Progress) -> Result<Painted> {

@@ -2,6 +2,7 @@
 //! pictures.
 
 mod edits;
+mod export;
 mod files;
 mod leaving;
 mod live;
