@@ -137,6 +137,7 @@ impl Document {
     }
 
     /// Takes note that the pulls have been saved, or that they may be lost.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn pulls_are_saved(&mut self) {
         self.saved_pulls = self.pose.pulls.clone();
     }
