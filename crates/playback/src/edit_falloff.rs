@@ -28,8 +28,13 @@ pub(crate) struct EditFalloff {
 impl EditFalloff {
     /// The falloff of an edited take; `None` where nothing was edited, or where all of the face follows.
     pub(crate) fn new(rig: &Rig, take: &EditedTake) -> Option<Self> {
-        let edited: Vec<f64> =
-            rig.handles().labels.iter().map(|label| f64::from(u8::from(take.is_edited(label)))).collect();
+        let edited: Vec<bool> = rig.handles().labels.iter().map(|label| take.is_edited(label)).collect();
+        Self::of_handles(rig, &edited)
+    }
+
+    /// The falloff where these of the H handles are edited; `None` as for [`EditFalloff::new`].
+    pub(crate) fn of_handles(rig: &Rig, edited: &[bool]) -> Option<Self> {
+        let edited: Vec<f64> = edited.iter().map(|edited| f64::from(u8::from(*edited))).collect();
         if edited.iter().all(|edited| *edited == 0.0) || edited.iter().all(|edited| *edited == 1.0) {
             return None;
         }

@@ -198,18 +198,21 @@ impl Document {
         self.frame_edits_at(self.transport.frame())
     }
 
-    /// The same of another frame.
+    /// The same of another frame. Live frames and a face without a take follow pulls as a whole.
     pub(crate) fn frame_edits_at(&self, frame: usize) -> Option<EditedFrame> {
-        let edits = &self.shown_edits()?.on_frames;
-        let time = self.take.as_ref()?.take.times.get(frame).copied()?;
-        let without = sums(&self.handles_at(frame, false), &self.pulled(frame));
-        let is_other = |without: &Vec<[f32; 3]>| *without != self.handles_at(frame, true);
-        let without = Some(without).filter(|without| edits.has_falloff() && is_other(without));
-        (without.is_some() || edits.touches(time)).then(|| EditedFrame {
-            edits: edits.clone(),
-            time,
-            without,
-        })
+        let time = self.take.as_ref().filter(|_| !self.is_live())?.take.times.get(frame).copied()?;
+        let edits = self.shown_edits();
+        let mut moved = edits.map_or_else(|| vec![false; self.rest.len()], |edits| edits.moved.clone());
+        for pull in &self.pose.pulls {
+            let of_pull = moved.iter_mut().zip(&pull.millimetres);
+            of_pull.for_each(|(moved, by)| *moved |= *by != [0.0; 3]);
+        }
+        let has_falloff = moved.contains(&true) && moved.contains(&false);
+        let without = has_falloff.then(|| self.handles_at(frame, false));
+        let without = without.filter(|without| *without != self.handles_at(frame, true));
+        let edits = edits.map(|edits| edits.on_frames.clone());
+        let touches = edits.as_ref().is_some_and(|edits| edits.touches(time));
+        (without.is_some() || touches).then_some(EditedFrame { edits, time, moved, without })
     }
 
     /// What was found in the take: by the clean-up, or else where markers are in doubt.

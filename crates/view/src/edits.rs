@@ -8,10 +8,10 @@ use rhytid_formats::edits::{Curve, Ease, Edits};
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use rhytid_playback::{FrameEdits, Layers};
 
-/// Browsers have no edits.
+/// Browsers have no edits: these change nothing.
 #[cfg(target_arch = "wasm32")]
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) enum FrameEdits {}
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct FrameEdits {}
 
 /// Browsers have no edits.
 #[cfg(target_arch = "wasm32")]
@@ -27,16 +27,16 @@ impl Layers {
 
 #[cfg(target_arch = "wasm32")]
 impl FrameEdits {
+    pub(crate) fn with_edited(&self, _: &rhytid_core::Rig, _: &[bool]) -> Self {
+        Self {}
+    }
+
     pub(crate) fn touches(&self, _: f64) -> bool {
-        match *self {}
+        false
     }
 
     pub(crate) fn scale_wrinkles(&self, _: f64, _: &[f32], _: &mut [f32]) -> bool {
-        match *self {}
-    }
-
-    pub(crate) fn has_falloff(&self) -> bool {
-        match *self {}
+        false
     }
 
     pub(crate) fn blend(
@@ -47,7 +47,6 @@ impl FrameEdits {
         _: &mut [[f32; 3]],
         _: &mut [[f32; 3]],
     ) {
-        match *self {}
     }
 
     pub(crate) fn correct(
@@ -59,17 +58,19 @@ impl FrameEdits {
         _: &mut [[f32; 3]],
         _: &mut [[f32; 3]],
     ) {
-        match *self {}
     }
 }
 
-/// The effects of edits on the frame that is shown.
+/// The effects of edits and pulls on the frame that is shown.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct EditedFrame {
-    pub edits: Same<FrameEdits>,
+    /// Those of the file of edits.
+    pub edits: Option<Same<FrameEdits>>,
     /// The time of the frame, in seconds.
     pub time: f64,
-    /// H positions without the edits. `None` unless the edits have a falloff and move handles.
+    /// H: the handles that edits or pulls move in any frame.
+    pub moved: Vec<bool>,
+    /// H positions without edits and pulls. `None` unless these have a falloff and move handles.
     pub without: Option<Vec<[f32; 3]>>,
 }
 
@@ -82,6 +83,8 @@ pub(crate) struct OpenEdits {
     pub positions: Vec<f32>,
     /// The frames that each edit changes.
     pub spans: Vec<TimelineEvent>,
+    /// H: the handles that the edits move in any frame.
+    pub moved: Vec<bool>,
     /// The edits themselves.
     pub layers: Same<Layers>,
     /// All other edits.

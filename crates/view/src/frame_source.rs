@@ -1,7 +1,8 @@
 //! A rig's frames. The device that draws evaluates them, or another device does and passes them on.
 
-use crate::edits::EditedFrame;
+use crate::edits::{EditedFrame, FrameEdits};
 use crate::gpu::Gpu;
+use crate::same::Same;
 use rayon::prelude::*;
 use rhytid_backend_cpu::Cpu;
 use rhytid_backend_wgpu::WgpuSession;
@@ -17,6 +18,13 @@ pub(crate) struct Wanted {
     pub gain: f32,
     /// Whether the whole frame is needed on the host, as for heat maps.
     pub on_host: bool,
+}
+
+/// The effects of edits and pulls, and what they were made of.
+struct Effects {
+    moved: Vec<bool>,
+    edits: Option<Same<FrameEdits>>,
+    made: Arc<FrameEdits>,
 }
 
 /// A device that was opened for evaluation.
@@ -38,6 +46,8 @@ pub(crate) struct FrameSource {
     positions: Vec<f32>,
     normals: Vec<f32>,
     large_scale: Vec<f32>,
+    /// The effects of the last edits and pulls.
+    effects: Option<Effects>,
     /// Positions, normals and large scale without the edits of handles. They are needed where edits have a
     /// falloff.
     without: [Vec<f32>; 3],
@@ -59,6 +69,7 @@ impl FrameSource {
             triangles: rig.surface().vertex_triangles(),
             gpu: gpu.clone(),
             is_on_host: false,
+            effects: None,
             positions: Vec::new(),
             normals: Vec::new(),
             large_scale: Vec::new(),
@@ -128,29 +139,53 @@ impl FrameSource {
 
     fn evaluate_on_host(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame>) -> Result<()> {
         self.is_on_host = true;
-        if let Some(without) = edits.and_then(|edits| edits.without.as_ref()) {
+        let effects = edits.map(|edits| self.effects_of(edits));
+        let edits = edits.zip(effects.as_deref());
+        if let Some(without) = edits.and_then(|(edits, _)| edits.without.as_ref()) {
             self.evaluate_one(without.as_flattened(), gain, edits)?;
             self.without =
                 [&mut self.positions, &mut self.normals, &mut self.large_scale].map(std::mem::take);
         }
         self.evaluate_one(handles, gain, edits)?;
-        let Some(edits) = edits else { return Ok(()) };
+        let Some((edits, effects)) = edits else { return Ok(()) };
         let (positions, _) = self.positions.as_chunks_mut::<3>();
         let (normals, _) = self.normals.as_chunks_mut::<3>();
         if edits.without.is_some() {
             let [x, n, large_scale] = self.without.each_ref().map(|numbers| numbers.as_chunks::<3>().0);
-            edits.edits.blend(&self.rig, &self.triangles, [x, n], positions, normals);
+            effects.blend(&self.rig, &self.triangles, [x, n], positions, normals);
             // The wrinkles are the difference of the two.
             let (large, _) = self.large_scale.as_chunks_mut::<3>();
-            edits.edits.blend(&self.rig, &self.triangles, [large_scale, &[]], large, &mut []);
+            effects.blend(&self.rig, &self.triangles, [large_scale, &[]], large, &mut []);
         }
         let (handles, _) = handles.as_chunks::<3>();
-        edits.edits.correct(&self.rig, &self.triangles, edits.time, handles, positions, normals);
+        effects.correct(&self.rig, &self.triangles, edits.time, handles, positions, normals);
         Ok(())
     }
 
+    /// The effects of edits and pulls. Those of the last frame are kept, since they are the same in all frames
+    /// of a take.
+    fn effects_of(&mut self, edits: &EditedFrame) -> Arc<FrameEdits> {
+        if let Some(kept) = &self.effects
+            && kept.moved == edits.moved
+            && kept.edits == edits.edits
+        {
+            return kept.made.clone();
+        }
+        let none = FrameEdits::default();
+        let of_file = edits.edits.as_deref().unwrap_or(&none);
+        let made = Arc::new(of_file.with_edited(&self.rig, &edits.moved));
+        let kept = Effects { moved: edits.moved.clone(), edits: edits.edits.clone(), made: made.clone() };
+        self.effects = Some(kept);
+        made
+    }
+
     /// Positions, large scale and normals of H × 3 handle positions. Their wrinkles are multiplied by `gain`.
-    fn evaluate_one(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame>) -> Result<()> {
+    fn evaluate_one(
+        &mut self,
+        handles: &[f32],
+        gain: f32,
+        edits: Option<(&EditedFrame, &FrameEdits)>,
+    ) -> Result<()> {
         let other = match &mut self.other {
             Some(other) => other,
             none => {
@@ -163,8 +198,8 @@ impl FrameSource {
         other.evaluate(handles)?;
         other.read(Stage::Positions, &mut self.positions)?;
         other.read(Stage::LargeScale, &mut self.large_scale)?;
-        let scale = |edits: &EditedFrame| {
-            edits.edits.scale_wrinkles(edits.time, &self.large_scale, &mut self.positions)
+        let scale = |(edits, effects): (&EditedFrame, &FrameEdits)| {
+            effects.scale_wrinkles(edits.time, &self.large_scale, &mut self.positions)
         };
         let scaled = edits.is_some_and(scale);
         if gain == 1.0 && !scaled {

@@ -190,6 +190,7 @@ fn edits_in(
         positions: edited.take.handle_positions(&rig.handles().labels)?,
         spans: crate::edits::spans(&rhytid_formats::edits::parse(layers.text(), &name)?, take.frames()),
         name,
+        moved: rig.handles().labels.iter().map(|label| edited.is_edited(label)).collect(),
         layers: Same::new(layers),
         on_frames,
     }))

@@ -1,6 +1,7 @@
 //! Evaluates and draws what the window asks for.
 
 use crate::canvas::{Canvas, Drawn, Shown, Took};
+use crate::edits::EditedFrame;
 use crate::frame_source::{FrameSource, OtherDevice, Wanted};
 use crate::gpu::Gpu;
 use crate::legend::Spread;
@@ -138,8 +139,10 @@ impl Studio {
         let mut times = Times::default();
         let begin = Instant::now();
         let on_host = settings.show.is_made_on_the_host();
-        // The other side of the comparison has no edits either.
-        let edits = order.edits.as_ref().filter(|_| index == 0);
+        // The other side of the comparison has no edits either. A coarse picture has no falloff of pulls.
+        let is_due =
+            |edits: &&EditedFrame| index == 0 && (fineness == Fineness::Whole || edits.edits.is_some());
+        let edits = order.edits.as_ref().filter(is_due);
         source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits)?;
         times.evaluation = begin.elapsed();
         let begin = Instant::now();

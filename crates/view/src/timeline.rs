@@ -275,7 +275,7 @@ fn head(document: &Document, ruler: &Ruler, rows: &Rows, ui: &egui::Ui) {
     let transport = &document.transport;
     let x = ruler.x(transport.frame());
     let whole = rows.range.union(rows.wanted);
-    painter.vline(x, whole.y_range(), egui::Stroke::new(2.0, theme::MARKED));
+    painter.vline(x, whole.y_range(), egui::Stroke::new(2.0, ui.visuals().strong_text_color()));
     let font = FontId::proportional(NUMBERS);
     let colour = ui.visuals().strong_text_color();
     let numbers = [format!("{:.2} s", transport.time()), transport.frame().to_string()];

@@ -12,7 +12,7 @@ use rhytid_kernels::normals::VertexTriangles;
 /// Apply [`FrameEdits::scale_wrinkles`] first. Where edits of handles have a falloff, apply it to the frame
 /// with these edits and to the frame without them. Then [`FrameEdits::blend`] the two frames, and
 /// [`FrameEdits::correct`] the result.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct FrameEdits {
     gains: Vec<VertexGain>,
     corrections: Vec<Correction>,
@@ -57,9 +57,10 @@ impl FrameEdits {
         self.gains.iter().any(|gain| gain.at(time) != 1.0)
     }
 
-    /// Whether edits of handles have a falloff. If so, some vertices stay as they are without the edits.
-    pub fn has_falloff(&self) -> bool {
-        self.falloff.is_some()
+    /// The same effects with the falloff that is due where these of the H handles are edited.
+    #[must_use]
+    pub fn with_edited(&self, rig: &Rig, edited: &[bool]) -> Self {
+        Self { falloff: EditFalloff::of_handles(rig, edited), ..self.clone() }
     }
 
     /// Blends V positions and normals without the edits of handles into those with the edits, by the falloff.

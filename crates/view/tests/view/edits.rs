@@ -107,6 +107,11 @@ fn drags_are_saved_as_an_edit_that_does_the_same() {
     view.run();
     let edit = folder.path("FACE-edit-0001.toml");
     assert_eq!(view.state().note(), Some((&*format!("saved {}", edit.display()), false)));
+    // The whole face is the one that is played with the saved edit, also where no pulled marker drives it.
+    let here = saved(&mut view, &folder, 1);
+    let off = farthest(&here, &played(&folder, Some("FACE-edit-0001.toml")));
+    assert!(off < 1e-4, "{off}");
+    assert!(farthest(&here, &played(&folder, None)) > 0.05);
     let mut again = opened(&folder, [900.0, 700.0]);
     open(&mut again, &[edit]);
     seek(&mut again, FRAME);

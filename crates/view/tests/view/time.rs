@@ -148,10 +148,9 @@ fn orange(view: &mut View) -> Vec<u32> {
         let [r, g, b, _] = picture.get_pixel(x, y).0;
         r > 190 && (100..160).contains(&g) && b < 90
     };
-    // Below the numbers. The play head has nearly the same colour.
-    let head = on_strip(view, frame(view)).x;
+    // Below the numbers.
     let rows = strip.bottom() as u32 - 22..strip.bottom() as u32 - 12;
-    let columns = (strip.left() as u32..strip.right() as u32).filter(|x| (*x as f32 - head).abs() > 4.0);
+    let columns = strip.left() as u32..strip.right() as u32;
     columns.filter(|x| rows.clone().filter(|y| is_orange(*x, *y)).count() > 3).collect()
 }
 
