@@ -3,7 +3,7 @@
 
 use crate::{curve_take, fit, named_shapes};
 use rhytid_capture::{
-    self as capture, Cleaned, Event, Match, Settings, Step, TakeSpace, Target, clean, match_by_position,
+    self as capture, Cleaned, Edit, Event, Match, Settings, Step, TakeSpace, Target, clean, match_by_position,
 };
 use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
 use rhytid_formats::raw_take::{self, Contents};
@@ -41,7 +41,8 @@ pub struct ReadTake {
 }
 
 /// The take in a file, with all of the rig's handles in every frame. `clean_up` says how. `missing` is for
-/// Rhytid's own CSV. A clean take that lacks some handles has them filled in, as those of a raw take.
+/// Rhytid's own CSV. A clean take that lacks some handles has them filled in, as those of a raw take. Repairs
+/// by hand ([`Settings::edits`]) apply to both.
 ///
 /// Warnings of what is likely wrong go to `progress`: times that are not seconds, a head that turns, strains
 /// that no skin has, much noise.
@@ -62,7 +63,14 @@ pub fn read_take(
     let mut events = Vec::new();
     let mut take = match raw_take::contents(path) {
         Contents::Take => {
-            let mut take = clean_take(path, rig, missing, progress)?;
+            let mut take = match clean_up.settings.edits.is_empty() {
+                true => clean_take(path, rig, missing, progress)?,
+                false => {
+                    let repaired = only_filled(path, rig, &clean_up.settings.edits, progress)?;
+                    events = repaired.report.events;
+                    repaired.take
+                }
+            };
             if let Some(rate) = clean_up.rate {
                 take.times = (0..take.frames()).map(|frame| frame as f64 / rate).collect();
             }
@@ -120,12 +128,17 @@ fn filled(path: &Path, rig: &Rig, progress: &dyn Progress) -> Result<Option<Take
     if lacking == 0 || 2 * lacking > rig.handles().labels.len() || !is_part {
         return Ok(None);
     }
+    Ok(Some(only_filled(path, rig, &[], progress)?.take))
+}
+
+/// A clean take after these repairs by hand, with its gaps filled. Nothing else of it changes.
+fn only_filled(path: &Path, rig: &Rig, repairs: &[Edit], progress: &dyn Progress) -> Result<Cleaned> {
     let skip = [Step::Head, Step::HeadLowPass, Step::Align, Step::Swaps, Step::Outliers, Step::LowPass];
     // Whoever reads the take says more of a wrong space than the clean-up does.
     let skip = skip.into_iter().collect();
-    let settings = Settings { skip, force: true, ..Settings::default() };
+    let settings = Settings { skip, force: true, edits: repairs.to_vec(), ..Settings::default() };
     let clean_up = CleanUp { settings, ..CleanUp::default() };
-    Ok(Some(read_raw_take(path, rig, &clean_up, progress)?.0.take))
+    Ok(read_raw_take(path, rig, &clean_up, progress)?.0)
 }
 
 /// The take in any readable file, cleaned, with the report of the clean-up.

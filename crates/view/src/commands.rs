@@ -124,7 +124,7 @@ impl Command {
             Self::Look(_) => Group::Look,
             Self::Screenshot | Self::SaveFrame | Self::SaveExample | Self::SaveEdits => Group::Files,
             #[cfg(not(target_arch = "wasm32"))]
-            Self::Open => Group::Files,
+            Self::Open | Self::ExportUsd | Self::ExportGlb | Self::ExportFilm => Group::Files,
             Self::Panels | Self::Keys => Group::Window,
             #[cfg(not(target_arch = "wasm32"))]
             Self::Close => Group::Window,

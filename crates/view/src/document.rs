@@ -14,7 +14,7 @@ use crate::soft_selection::SoftSelection;
 use crate::transport::Transport;
 use glam::Vec3;
 use pulled::DragStart;
-use rhytid_capture::{StrainLimit, Target};
+use rhytid_capture::{Edit, StrainLimit, Target};
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use std::sync::Arc;
@@ -61,6 +61,8 @@ pub struct OpenTake {
     pub take: Take,
     /// The findings of the clean-up, for a raw take.
     pub incidents: Vec<TimelineEvent>,
+    /// The repairs by hand that were made when it was read.
+    pub repairs: Vec<Edit>,
 }
 
 /// A rig, a take on it, and the pose.
@@ -127,7 +129,7 @@ impl Document {
         }
     }
 
-    /// Plays a take from now on. The pose stays.
+    /// Plays a take from now on. The pose stays. A take of the same name and times goes on where it was.
     ///
     /// # Errors
     /// [`Error::Input`] if the take lacks a handle, or has no frame.
@@ -141,7 +143,14 @@ impl Document {
             .filter_map(|label| open.take.labels.iter().position(|other| other == label))
             .collect();
         self.doubts = if open.incidents.is_empty() { doubts(&open.take, &columns) } else { Vec::new() };
-        self.transport = Transport::new(&open.take.times, open.take.rate());
+        // A take that was repaired goes on where it was.
+        if self
+            .take
+            .as_ref()
+            .is_none_or(|before| before.name != open.name || before.take.times != open.take.times)
+        {
+            self.transport = Transport::new(&open.take.times, open.take.rate());
+        }
         self.positions = positions;
         self.edits = None;
         self.take = Some(open);
@@ -401,7 +410,7 @@ mod tests {
         let mut document = Document::new(Arc::new(rig), "demo");
         let take = rhytid_demo::performance(&face);
         let incidents = Vec::new();
-        document.set_take(OpenTake { name: "take".into(), take, incidents }).unwrap();
+        document.set_take(OpenTake { name: "take".into(), take, incidents, repairs: vec![] }).unwrap();
         document
     }
 
@@ -449,7 +458,8 @@ mod tests {
         let mut document = document();
         let mut take = document.take().unwrap().take.clone();
         take.labels[0] = "other".into();
-        let error = document.set_take(OpenTake { name: "t.csv".into(), take, incidents: vec![] });
+        let error =
+            document.set_take(OpenTake { name: "t.csv".into(), take, incidents: vec![], repairs: vec![] });
         let error = error.unwrap_err().to_string();
         assert!(error.contains("t.csv: the take lacks 1 of the rig's"), "{error}");
         assert!(document.take().is_some(), "the one before stays");

@@ -120,8 +120,10 @@ impl ViewApp {
             Opened::Take(take) => {
                 self.remember(&take.name);
                 if let Some(scene) = &mut self.scene {
+                    let is_open = scene.document.take().is_some_and(|before| before.name == take.name);
                     scene.document.set_take(take)?;
-                    scene.document.transport.playing = true;
+                    // A take that was read again stays where it was.
+                    scene.document.transport.playing |= !is_open;
                     self.note = None;
                 }
             }

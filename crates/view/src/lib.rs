@@ -65,6 +65,8 @@ mod pull_panel;
 mod pulls;
 #[cfg(not(target_arch = "wasm32"))]
 mod recent;
+#[cfg(not(target_arch = "wasm32"))]
+mod repairs;
 mod ruler;
 mod same;
 #[cfg(not(target_arch = "wasm32"))]

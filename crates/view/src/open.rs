@@ -11,6 +11,7 @@ use crate::problems::ProblemKind;
 use crate::same::Same;
 use crate::work::Task;
 use eframe::egui;
+use rhytid_capture::Edit;
 #[cfg(not(target_arch = "wasm32"))]
 use rhytid_core::Warning;
 use rhytid_core::{Error, Progress, Result, Rig, Take, rig_file};
@@ -133,10 +134,10 @@ impl Source {
         }
         match self {
             #[cfg(not(target_arch = "wasm32"))]
-            Self::Path(path) => take_in(path, rig, name, progress),
+            Self::Path(path) => take_in(path, rig, name, Vec::new(), progress),
             Self::Bytes(_, bytes) => {
                 let take = take::decode(bytes, &name, Some(&rig.handles().labels), Missing::Hold)?;
-                Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new() }))
+                Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new(), repairs: Vec::new() }))
             }
         }
     }
@@ -198,10 +199,18 @@ fn edits_in(
 
 /// A take's CSV, curves, or the file of a capture system, which is cleaned up.
 #[cfg(not(target_arch = "wasm32"))]
-fn take_in(path: &std::path::Path, rig: &Rig, name: String, progress: &dyn Progress) -> Result<Opened> {
+fn take_in(
+    path: &std::path::Path,
+    rig: &Rig,
+    name: String,
+    repairs: Vec<Edit>,
+    progress: &dyn Progress,
+) -> Result<Opened> {
     use rhytid_playback::{CleanUp, read_take};
     FileKind::expect(path, &[FileKind::Take, FileKind::RawTake, FileKind::Curves])?;
-    let read = read_take(path, rig, Missing::Hold, &CleanUp::default(), progress)?;
+    let mut clean_up = CleanUp::default();
+    clean_up.settings.edits.clone_from(&repairs);
+    let read = read_take(path, rig, Missing::Hold, &clean_up, progress)?;
     let label = |marker: Option<usize>| {
         marker.and_then(|marker| rig.handles().labels.get(marker)).map_or("head", |l| l)
     };
@@ -213,7 +222,7 @@ fn take_in(path: &std::path::Path, rig: &Rig, name: String, progress: &dyn Progr
         problem: ProblemKind::of(event.kind, event.confidence),
         handles: event.marker.into_iter().chain(event.other).collect(),
     });
-    Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: read.take }))
+    Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: read.take, repairs }))
 }
 
 /// Files that are being read. Each is handed over as soon as it has been read.
@@ -232,6 +241,19 @@ pub(crate) fn begin(
         if let Err(error) = read(sources, rig, take, work, give) {
             give(Err(error));
         }
+    })
+}
+
+/// Begins to read the take in a file again, with these repairs by hand.
+#[cfg(not(target_arch = "wasm32"))]
+pub(crate) fn begin_again(
+    name: String,
+    rig: Arc<Rig>,
+    repairs: Vec<Edit>,
+    context: &egui::Context,
+) -> Opening {
+    Task::new(format!("reading {name} with repairs"), context, move |work, give| {
+        give(take_in(std::path::Path::new(&name), &rig, name.clone(), repairs, work));
     })
 }
 

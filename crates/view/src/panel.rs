@@ -41,6 +41,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
         section(ui, "Problems", true, |ui| marker_values::problems(scene, ui));
         section(ui, "Pulls", true, |ui| pull_panel::show(&mut scene.document, ui, &mut wanted));
     }
+    #[cfg(not(target_arch = "wasm32"))]
+    section(ui, "Repairs", false, |ui| crate::repairs::show(app, ui));
     section(ui, "Device", true, |ui| device(app, ui));
     #[cfg(not(target_arch = "wasm32"))]
     {

@@ -11,6 +11,7 @@ mod narrow;
 mod pictures;
 mod pointer;
 mod pulls;
+mod repairs;
 mod slow;
 mod time;
 
