@@ -205,8 +205,12 @@ fn a_take_in_another_unit_is_refused_and_a_noisy_one_is_warned_of() {
     // Half a millimetre up and down in every frame.
     let mut noisy = take;
     for (i, x) in noisy.positions.iter_mut().flatten().enumerate() {
-        // The upper bits of a multiple of a large prime are as good as random.
-        *x += if (i as u32).wrapping_mul(2_654_435_761) >> 31 == 0 { 0.05 } else { -0.05 };
+        // Mixed bits are as good as random.
+        let mut bits = i as u32;
+        for _ in 0..3 {
+            bits = (bits ^ (bits >> 16)).wrapping_mul(0x045d_9f3b);
+        }
+        *x += if bits >> 31 == 0 { 0.05 } else { -0.05 };
     }
     take::write(&folder.path("noisy.csv"), &noisy).unwrap();
     open(&mut view, &[folder.path("noisy.csv")]);

@@ -140,18 +140,18 @@ fn doubtful(folder: &Folder) -> PathBuf {
     path
 }
 
-/// The orange columns of pixels in the time line.
-fn orange(view: &mut View) -> Vec<u32> {
+/// The yellow columns of pixels in the time line.
+fn yellow(view: &mut View) -> Vec<u32> {
     let strip = view.get_by_label("Time line").rect();
     let picture = view.render().unwrap();
-    let is_orange = |x: u32, y: u32| {
+    let is_yellow = |x: u32, y: u32| {
         let [r, g, b, _] = picture.get_pixel(x, y).0;
-        r > 190 && (100..160).contains(&g) && b < 90
+        r > 190 && g > 170 && b < 90
     };
     // Below the numbers.
     let rows = strip.bottom() as u32 - 22..strip.bottom() as u32 - 12;
     let columns = strip.left() as u32..strip.right() as u32;
-    columns.filter(|x| rows.clone().filter(|y| is_orange(*x, *y)).count() > 3).collect()
+    columns.filter(|x| rows.clone().filter(|y| is_yellow(*x, *y)).count() > 3).collect()
 }
 
 #[test]
@@ -159,14 +159,14 @@ fn events_are_coloured_listed_and_led_to() {
     let folder = Folder::new();
     let mut view = opened(&folder, [1280.0, 800.0]);
     view.get_by_label("Events (0)");
-    assert_eq!(orange(&mut view).len(), 0, "a clean take has no colour");
+    assert_eq!(yellow(&mut view).len(), 0, "a clean take has no colour");
     open(&mut view, &[doubtful(&folder)]);
     view.key_press(egui::Key::Space);
     view.key_press(egui::Key::Home);
     view.run();
     view.get_by_label("in doubt (confidence below 0.5)");
     // Only the two stretches have a colour: neither 0.7, nor what is low in all frames.
-    let seen = orange(&mut view);
+    let seen = yellow(&mut view);
     let [a, b, c] = [50, 59, 120].map(|frame| on_strip(&view, frame).x);
     let is_right = |x: &u32| (a - 4.0..b + 4.0).contains(&(*x as f32)) || (*x as f32 - c).abs() < 5.0;
     assert!(seen.iter().all(is_right) && seen.len() as f32 >= b - a, "{a} to {b} and {c}: {seen:?}");
