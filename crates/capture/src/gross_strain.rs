@@ -36,8 +36,7 @@ impl GrossStrain {
 /// The worst strain of a take that is beyond what skin does. The limit is the rig's examples plus 100 %, or
 /// 200 % without examples. `None` if no strain passes its limit, or if the take lacks a handle of the rig.
 pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
-    let place = |label: &String| take.labels.iter().position(|known| known == label);
-    let columns: Vec<usize> = rig.handles().labels.iter().map(place).collect::<Option<_>>()?;
+    let columns = columns(take, rig)?;
     let target = Target::from_rig(rig);
     let at = |h: usize, f: usize| DVec3::from_array(take.positions[f * take.labels.len() + columns[h]]);
     let events = events(&target, take.frames(), at);
@@ -53,6 +52,20 @@ pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     frames.dedup();
     let labels = [a, b].map(|h| rig.handles().labels[h].clone());
     Some(GrossStrain { frame, labels, strain: strain(frame), frames: frames.len() })
+}
+
+/// The stretches of a take in which skin is strained beyond the limits of [`gross_strain`]. `None` if the take
+/// lacks a handle of the rig.
+pub fn gross_strain_events(take: &Take, rig: &Rig) -> Option<Vec<Event>> {
+    let columns = columns(take, rig)?;
+    let at = |h: usize, f: usize| DVec3::from_array(take.positions[f * take.labels.len() + columns[h]]);
+    Some(events(&Target::from_rig(rig), take.frames(), at))
+}
+
+/// H columns of the take: those of the rig's handles.
+fn columns(take: &Take, rig: &Rig) -> Option<Vec<usize>> {
+    let place = |label: &String| take.labels.iter().position(|known| known == label);
+    rig.handles().labels.iter().map(place).collect()
 }
 
 /// The stretches of frames in which a limit is passed. `at` gives a handle's position in a frame, on the rig.

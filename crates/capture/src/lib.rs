@@ -70,7 +70,7 @@ mod verdict;
 pub use by_position::{Match, match_by_position};
 pub use clean::{Cleaned, clean};
 pub use edits::Edit;
-pub use gross_strain::{GrossStrain, gross_strain};
+pub use gross_strain::{GrossStrain, gross_strain, gross_strain_events};
 pub use handles::{HandleSettings, PlacedHandles, place_handles};
 pub use labels::{is_unlabelled, same_names};
 pub use neutral::Rival;

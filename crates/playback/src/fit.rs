@@ -1,6 +1,8 @@
 //! What is wrong with a take that fits a rig only in part: its times, its space, its strains, its noise.
 
-use rhytid_capture::{Misfit, TakeSpace, Target, gross_strain, marker_noise, misfit};
+use rhytid_capture::{
+    Event, Misfit, TakeSpace, Target, gross_strain, gross_strain_events, marker_noise, misfit,
+};
 use rhytid_core::{Error, Remedy, Result, Rig, Take, Warning, human};
 
 /// Markers with less noise than this, in millimetres, are as good as most, whatever the rig was solved for.
@@ -12,15 +14,26 @@ const MUCH_NOISIER: f64 = 2.0;
 /// Fewer steps between frames do not show the unit of times.
 const FEW_STEPS: usize = 10;
 
-/// What is likely wrong with a clean take for `rig`. `given` is the space that the user says the take was in.
+/// What is likely wrong with a clean take.
+pub(crate) struct Fit {
+    pub warnings: Vec<Warning>,
+    /// Strains that no skin has. None where the take as a whole does not fit.
+    pub strains: Vec<Event>,
+}
+
+/// Examines a clean take for `rig`. `given` is the space that the user says the take was in.
 /// The take is in the rig's space by then.
 ///
 /// # Errors
 /// [`Error::Input`] if the take is recognisably in another space, and no space was given.
-pub(crate) fn doubts(take: &Take, rig: &Rig, given: Option<TakeSpace>) -> Result<Vec<Warning>> {
+pub(crate) fn examine(take: &Take, rig: &Rig, given: Option<TakeSpace>) -> Result<Fit> {
     let mut warnings: Vec<Warning> = times(take).into_iter().collect();
+    let mut strains = Vec::new();
     match misfit(take, &Target::from_rig(rig)) {
-        None => warnings.extend(gross_strain(take, rig).map(|strain| strain.warning(take))),
+        None => {
+            warnings.extend(gross_strain(take, rig).map(|strain| strain.warning(take)));
+            strains.extend(gross_strain_events(take, rig).into_iter().flatten());
+        }
         Some(misfit @ Misfit::Space(_)) if given.is_none() => {
             return Err(Error::mismatch(misfit.to_string()).with_remedies(&[Remedy::GiveTakeSpace]));
         }
@@ -35,7 +48,7 @@ pub(crate) fn doubts(take: &Take, rig: &Rig, given: Option<TakeSpace>) -> Result
             "{misfit}; check that rig and take belong together, and that labels name the same places"
         ))),
     }
-    Ok(warnings)
+    Ok(Fit { warnings, strains })
 }
 
 /// A warning about markers that are much noisier than the rig was solved for.

@@ -31,12 +31,12 @@ pub struct CleanUp {
     pub shapes: Option<PathBuf>,
 }
 
-/// A take that was read, and the findings of its clean-up. A take that was not cleaned has none.
+/// A take that was read, and what was found in it.
 #[derive(Debug, Clone)]
 pub struct ReadTake {
     /// The take, with all of the rig's handles in every frame.
     pub take: Take,
-    /// The events of the clean-up.
+    /// The events of the clean-up. For a clean take: repairs by hand, and strains that no skin has.
     pub events: Vec<Event>,
 }
 
@@ -77,7 +77,9 @@ pub fn read_take(
             if let Some(space) = clean_up.space {
                 space.bring(&mut take, rig.surface().metres_per_unit);
             }
-            fit::doubts(&take, rig, clean_up.space).map_err(in_file)?.into_iter().for_each(warn);
+            let fit = fit::examine(&take, rig, clean_up.space).map_err(in_file)?;
+            fit.warnings.into_iter().for_each(warn);
+            events.extend(fit.strains);
             take
         }
         Contents::Curves => {

@@ -59,7 +59,7 @@ pub struct OpenTake {
     pub name: String,
     /// The take itself.
     pub take: Take,
-    /// The findings of the clean-up, for a raw take.
+    /// What was found in it: by the clean-up, or strains of a clean take.
     pub incidents: Vec<TimelineEvent>,
     /// The repairs by hand that were made when it was read.
     pub repairs: Vec<Edit>,
@@ -142,7 +142,9 @@ impl Document {
         let columns: Vec<usize> = (self.rig.handles().labels.iter())
             .filter_map(|label| open.take.labels.iter().position(|other| other == label))
             .collect();
-        self.doubts = if open.incidents.is_empty() { doubts(&open.take, &columns) } else { Vec::new() };
+        // The clean-up has found them already. A take that was not cleaned has strains alone.
+        let is_cleaned = open.incidents.iter().any(|event| event.problem != Some(ProblemKind::Strain));
+        self.doubts = if is_cleaned { Vec::new() } else { doubts(&open.take, &columns) };
         // A take that was repaired goes on where it was.
         if self
             .take

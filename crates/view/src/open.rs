@@ -11,7 +11,7 @@ use crate::problems::ProblemKind;
 use crate::same::Same;
 use crate::work::Task;
 use eframe::egui;
-use rhytid_capture::Edit;
+use rhytid_capture::{Edit, Event};
 #[cfg(not(target_arch = "wasm32"))]
 use rhytid_core::Warning;
 use rhytid_core::{Error, Progress, Result, Rig, Take, rig_file};
@@ -211,13 +211,17 @@ fn take_in(
     let mut clean_up = CleanUp::default();
     clean_up.settings.edits.clone_from(&repairs);
     let read = read_take(path, rig, Missing::Hold, &clean_up, progress)?;
-    let label = |marker: Option<usize>| {
-        marker.and_then(|marker| rig.handles().labels.get(marker)).map_or("head", |l| l)
+    let words = |event: &Event| {
+        let markers = event.marker.into_iter().chain(event.other);
+        let names: Vec<&str> =
+            markers.filter_map(|marker| rig.handles().labels.get(marker)).map(|label| &**label).collect();
+        let names = if names.is_empty() { "head".to_owned() } else { names.join(" and ") };
+        format!("{}: {names}", event.kind.name())
     };
     let incidents = read.events.iter().map(|event| TimelineEvent {
         first: event.first,
         frames: event.frames.max(1),
-        words: format!("{}: {}", event.kind.name(), label(event.marker)),
+        words: words(event),
         confidence: event.confidence,
         problem: ProblemKind::of(event.kind, event.confidence),
         handles: event.marker.into_iter().chain(event.other).collect(),

@@ -47,7 +47,7 @@ impl ProblemKind {
     /// The meaning of its colour.
     pub(crate) fn meaning(self) -> String {
         match self {
-            Self::Label => "label on another marker".to_owned(),
+            Self::Label => "label was on another marker".to_owned(),
             Self::Gap => format!("in doubt (confidence below {DOUBTFUL})"),
             Self::Strain => "strain that no skin has".to_owned(),
         }

@@ -12,6 +12,7 @@ mod pictures;
 mod pointer;
 mod pulls;
 mod repairs;
+mod session;
 mod slow;
 mod time;
 

@@ -3,10 +3,10 @@
 use super::*;
 use rhytid_core::Take;
 
-const LABELS: [&str; 2] = ["brow_L2", "lip_low"];
+pub(crate) const LABELS: [&str; 2] = ["brow_L2", "lip_low"];
 
 /// The demo's performance with the labels of two markers exchanged in frames 60 to 89.
-fn exchanged() -> Take {
+pub(crate) fn exchanged() -> Take {
     let mut take = rhytid_demo::performance(&demo().0);
     let column = |label: &str| take.labels.iter().position(|other| other == label).unwrap();
     let [a, b] = LABELS.map(column);
@@ -18,7 +18,7 @@ fn exchanged() -> Take {
 }
 
 /// Waits until the take has been read again.
-fn wait(view: &mut View) {
+pub(crate) fn wait(view: &mut View) {
     view.step();
     while view.state().is_opening() {
         view.step();
