@@ -206,6 +206,7 @@ fn take_in(
     repairs: Vec<Edit>,
     progress: &dyn Progress,
 ) -> Result<Opened> {
+    use rhytid_capture::Kind;
     use rhytid_playback::{CleanUp, read_take};
     FileKind::expect(path, &[FileKind::Take, FileKind::RawTake, FileKind::Curves])?;
     let mut clean_up = CleanUp::default();
@@ -218,15 +219,22 @@ fn take_in(
         let names = if names.is_empty() { "head".to_owned() } else { names.join(" and ") };
         format!("{}: {names}", event.kind.name())
     };
+    // What was exchanged by hand is no problem any more.
+    let is_by_hand = |event: &Event| {
+        let frames = event.first..event.first + event.frames;
+        let is_it = |repair: &Edit| matches!(repair, Edit::Swap(_, there) if *there == frames);
+        event.kind == Kind::Swap && repairs.iter().any(is_it)
+    };
     let incidents = read.events.iter().map(|event| TimelineEvent {
         first: event.first,
         frames: event.frames.max(1),
         words: words(event),
         confidence: event.confidence,
-        problem: ProblemKind::of(event.kind, event.confidence),
+        problem: ProblemKind::of(event.kind, event.confidence).filter(|_| !is_by_hand(event)),
         handles: event.marker.into_iter().chain(event.other).collect(),
     });
-    Ok(Opened::Take(OpenTake { name, incidents: incidents.collect(), take: read.take, repairs }))
+    let incidents = incidents.collect();
+    Ok(Opened::Take(OpenTake { name, incidents, take: read.take, repairs }))
 }
 
 /// Files that are being read. Each is handed over as soon as it has been read.

@@ -15,7 +15,7 @@ fn click_marker(view: &mut View, label: &str, modifiers: Modifiers) {
 fn a_first_session() {
     let folder = Folder::new();
     rhytid_formats::take::write(&folder.path("session.csv"), &exchanged()).unwrap();
-    let mut view = window([1280.0, 1000.0], false);
+    let mut view = window([1280.0, 1400.0], false);
     open(&mut view, &[folder.path("FACE.safetensors"), folder.path("session.csv")]);
     assert!(view.state().warnings().iter().any(|words| words.contains("in frame")), "1: it says so");
 
