@@ -49,6 +49,7 @@ impl ViewApp {
                 }
                 let Some((text, beside)) = edits_of(document)? else { return Ok(None) };
                 let path = free(&beside, "edit", "toml")?;
+                edits::parse(&text, &path.display().to_string())?;
                 let mut file = AtomicFile::create(&path)?;
                 file.write_all(text.as_bytes()).map_err(file.error())?;
                 file.finish()?;

@@ -198,15 +198,12 @@ pub fn read(path: &Path) -> Result<(Edits, String)> {
     Ok((parse(&text, &name)?, text))
 }
 
-/// The text of edits, as [`write()`] writes it.
+/// The text of edits, as [`write()`] writes it. It is not checked.
 ///
 /// # Errors
-/// [`Error::Input`] if the text cannot be written or [`parse()`] would not read it.
+/// [`Error::Input`] if TOML cannot have them.
 pub fn text(edits: &Edits) -> Result<String> {
-    let text =
-        toml::to_string(edits).map_err(|e| Error::malformed(format!("the edits are not written: {e}")))?;
-    parse(&text, "the edits")?;
-    Ok(text)
+    toml::to_string(edits).map_err(|e| Error::malformed(format!("the edits cannot be written: {e}")))
 }
 
 /// Writes a file of edits so that [`parse()`] reads the same edits.
@@ -214,7 +211,6 @@ pub fn text(edits: &Edits) -> Result<String> {
 /// # Errors
 /// [`Error::Input`] if [`parse()`] would not read them; [`Error::Io`].
 pub fn write(path: &Path, edits: &Edits) -> Result<()> {
-    let text = toml::to_string(edits)
-        .map_err(|e| Error::malformed(format!("{}: not written: {e}", path.display())))?;
+    let text = text(edits).map_err(|error| error.in_file(path.display()))?;
     write_checked(path, text.as_bytes(), |name| Ok(parse(&text, name)? == *edits))
 }

@@ -55,9 +55,10 @@ impl Document {
         self.dragging = Some(DragStart { pose: self.pose.clone(), span: self.span_here() });
     }
 
-    /// The span of a new pull.
+    /// The span of a new pull. Where no take is shown, it acts in all frames.
     fn span_here(&self) -> Span {
-        let when = if self.transport.frames() > 1 { self.new_pulls.when } else { When::Whole };
+        let is_timed = self.transport.frames() > 1 && self.live.is_none();
+        let when = if is_timed { self.new_pulls.when } else { When::Whole };
         Span::new(when, self.transport.frame(), self.new_pulls.ease)
     }
 
