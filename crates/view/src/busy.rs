@@ -31,7 +31,7 @@ pub(crate) fn show(app: &mut ViewApp, context: &egui::Context) {
     let area = egui::Area::new(egui::Id::unique("busy")).fixed_pos(room.left_top() + egui::vec2(12.0, 12.0));
     area.order(egui::Order::Middle).show(context, |ui| {
         egui::Frame::popup(ui.style()).show(ui, |ui| {
-            ui.set_max_width((room.width() - 48.0).clamp(120.0, 420.0));
+            ui.set_max_width((room.width() - 48.0).clamp(240.0, 420.0));
             for (whose, words) in shown {
                 ui.horizontal(|ui| {
                     spinner(ui);

@@ -53,6 +53,9 @@ fn eases(when: When, ease: &mut [f64; 2], names: [&str; 2], ui: &mut egui::Ui) -
         When::At => 2,
     };
     let mut fields = Vec::new();
+    if count == 0 {
+        return fields;
+    }
     ui.horizontal_wrapped(|ui| {
         for (name, seconds) in names.into_iter().zip(ease).take(count) {
             let label = ui.label(name);
@@ -85,20 +88,20 @@ fn change(document: &mut Document, pull: &Pull, ui: &mut egui::Ui) {
             }
         }
     });
-    ui.horizontal_wrapped(|ui| {
-        let [first, end] = &mut span.frames;
-        if span.when != When::Whole {
+    if span.when != When::Whole {
+        ui.horizontal_wrapped(|ui| {
+            let [first, end] = &mut span.frames;
             let label = ui.label("First frame");
             let field = egui::DragValue::new(first).range(0..=last);
             fields.push(ui.add(field).labelled_by(label.id));
             *end = (*end).max(*first);
-        }
-        if span.when == When::At {
-            let label = ui.label("Last frame");
-            let field = egui::DragValue::new(end).range(*first..=last);
-            fields.push(ui.add(field).labelled_by(label.id));
-        }
-    });
+            if span.when == When::At {
+                let label = ui.label("Last frame");
+                let field = egui::DragValue::new(end).range(*first..=last);
+                fields.push(ui.add(field).labelled_by(label.id));
+            }
+        });
+    }
     fields.extend(eases(span.when, &mut span.ease, ["Comes in", "Goes in"], ui));
     let is_any = |is: fn(&egui::Response) -> bool| fields.iter().any(is);
     if is_any(egui::Response::drag_started) {
