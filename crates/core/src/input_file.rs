@@ -1,8 +1,10 @@
 //! Files that are read whole. A file is refused if it never ends, does not fit, or changes while it is read.
 
+#[cfg(target_arch = "wasm32")]
+use crate::held_files;
 use crate::{Error, Result, human, protected};
 use std::fs::{File, Metadata};
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::Path;
 
 /// Bytes of the largest table, project, setup or report that is read.
@@ -14,11 +16,26 @@ pub const LARGEST_MESH_OR_TAKE: u64 = 1 << 33;
 /// Bytes of the largest rig, or array of frames, that is read.
 pub const LARGEST_RIG: u64 = 1 << 36;
 
+/// A file that is open.
+#[cfg(not(target_arch = "wasm32"))]
+pub type InputFile = File;
+/// A file that is open. A browser has files in memory alone.
+#[cfg(target_arch = "wasm32")]
+pub type InputFile = io::Cursor<std::sync::Arc<[u8]>>;
+
 /// Opens a file that is read in pieces, or more than once. A pipe cannot be read so.
 ///
 /// # Errors
 /// [`Error::Input`] if `path` is a folder, a device or a pipe; [`Error::Io`].
-pub fn open(path: &Path) -> Result<File> {
+pub fn open(path: &Path) -> Result<InputFile> {
+    #[cfg(target_arch = "wasm32")]
+    return held_files::get(path).map(io::Cursor::new).map_err(Error::io(path));
+    #[cfg(not(target_arch = "wasm32"))]
+    open_regular(path)
+}
+
+#[cfg(not(target_arch = "wasm32"))]
+fn open_regular(path: &Path) -> Result<File> {
     let wrong = |what: &str| Err(Error::bad_path(format!("{}: {what}", path.display())));
     let found = std::fs::metadata(path).map_err(Error::io(path))?;
     match () {
@@ -32,6 +49,35 @@ pub fn open(path: &Path) -> Result<File> {
     }
 }
 
+/// Whether `path` is a regular file.
+///
+/// # Errors
+/// As [`std::fs::metadata`].
+pub fn is_regular(path: &Path) -> io::Result<bool> {
+    #[cfg(target_arch = "wasm32")]
+    return held_files::get(path).map(|_| true);
+    #[cfg(not(target_arch = "wasm32"))]
+    std::fs::metadata(path).map(|found| found.is_file())
+}
+
+/// The first `most` bytes of a regular file. A file that is not regular cannot be read twice, so nothing of
+/// it is read.
+///
+/// # Errors
+/// As opening and reading. [`io::ErrorKind::InvalidInput`] if the file is not regular.
+pub fn start(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    if !is_regular(path)? {
+        return Err(io::ErrorKind::InvalidInput.into());
+    }
+    #[cfg(target_arch = "wasm32")]
+    let file = io::Cursor::new(held_files::get(path)?);
+    #[cfg(not(target_arch = "wasm32"))]
+    let file = File::open(path)?;
+    let mut bytes = Vec::new();
+    file.take(most).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
 /// Reads a file, or a pipe to its end.
 ///
 /// # Errors
@@ -39,6 +85,10 @@ pub fn open(path: &Path) -> Result<File> {
 /// large is not read at all. [`Error::Input`] also if the file becomes shorter or longer while it is read.
 /// [`Error::Io`].
 pub fn read(path: &Path, limit: u64) -> Result<Vec<u8>> {
+    #[cfg(target_arch = "wasm32")]
+    if let Ok(held) = held_files::get(path) {
+        return Ok(held.to_vec());
+    }
     let shown = path.display();
     let wrong = |what: &str| Err(Error::bad_path(format!("{shown}: {what}")));
     // This comes before the file is opened, since opening has an effect on some devices.

@@ -32,6 +32,8 @@ mod contact;
 mod error;
 mod explain;
 mod face;
+#[cfg(target_arch = "wasm32")]
+mod held_files;
 mod horn;
 pub mod human;
 mod ids;
@@ -91,6 +93,8 @@ pub use face::{
     Bind, ContactSettings, Example, Face, Handles, LearnedSettings, Method, Pins, Prior, Settings,
     StrainEdges, WrinkleStrains,
 };
+#[cfg(target_arch = "wasm32")]
+pub use held_files::HeldFile;
 pub use horn::Horn;
 pub use horn::horn;
 pub use horn::nearest_turn;

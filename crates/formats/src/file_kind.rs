@@ -1,10 +1,9 @@
 //! The kind of a file, by its name and its first bytes. It serves messages about two files that were given
 //! the wrong way round.
 
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, input_file};
 use rhytid_takes::raw_take::{self, Contents};
 use std::fmt;
-use std::io::Read;
 use std::path::Path;
 
 /// The kinds of files that Rhytid reads and writes.
@@ -36,11 +35,7 @@ pub enum FileKind {
 impl FileKind {
     /// The kind of a file; `None` for a folder, one that cannot be opened, and one of no known kind.
     pub fn detect(path: &Path) -> Option<Self> {
-        if !std::fs::metadata(path).ok()?.is_file() {
-            return None;
-        }
-        let mut start = Vec::new();
-        std::fs::File::open(path).ok()?.take(4096).read_to_end(&mut start).ok()?;
+        let start = input_file::start(path, 4096).ok()?;
         let header = start.split(|&byte| byte == b'\n').next().unwrap_or_default();
         let header = String::from_utf8_lossy(header);
         let has = |column: &str| header.split([',', ';', '\t']).any(|cell| cell.trim() == column);

@@ -217,6 +217,16 @@ impl ViewApp {
         self.scene.as_ref().map(|scene| &scene.document)
     }
 
+    /// Shows a frame of the take, and stops there. Beyond the last frame it is the last.
+    #[cfg(target_arch = "wasm32")]
+    pub fn seek(&mut self, frame: usize) {
+        if let Some(scene) = &mut self.scene {
+            scene.document.transport.playing = false;
+            scene.document.transport.seek(frame);
+        }
+        self.context.request_repaint();
+    }
+
     /// The camera.
     pub fn orbit(&self) -> Option<&Orbit> {
         self.scene.as_ref().map(|scene| &scene.orbit)

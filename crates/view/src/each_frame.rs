@@ -97,7 +97,7 @@ impl ViewApp {
     #[cfg(not(target_arch = "wasm32"))]
     fn take_dropped(&mut self, ui: &egui::Ui) {
         let dropped = ui.input(|input| input.raw.dropped_files.clone());
-        self.open(dropped.iter().map(|file| Source::Path(file.path().to_owned())).collect());
+        self.open(dropped.iter().map(|file| Source::new(file.path().to_owned())).collect());
     }
 
     /// A browser reads files while the page keeps running.
@@ -120,8 +120,7 @@ impl ViewApp {
         if let Some(fault) = faults.reduce(|a, b| a + "; " + &b) {
             self.tell(Err(rhytid_core::Error::input(fault)));
         }
-        let sources =
-            read.into_iter().filter_map(|(name, bytes)| Some(Source::Bytes(name, bytes.ok()?.into())));
+        let sources = read.into_iter().filter_map(|(name, bytes)| Some(Source::new(&name, bytes.ok()?)));
         self.open(sources.collect());
     }
 

@@ -30,12 +30,6 @@ impl ViewApp {
         self.opening = Some(open::begin(sources, rig, take, &self.context));
     }
 
-    /// Opens files that are in memory: a rig, and takes for it. Their names tell which is which, as names of
-    /// files do.
-    pub fn open_bytes(&mut self, files: Vec<(String, Vec<u8>)>) {
-        self.open(files.into_iter().map(|(name, bytes)| Source::Bytes(name, bytes.into())).collect());
-    }
-
     /// Shows the system's dialog for opening files.
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn choose(&mut self) {
@@ -75,7 +69,7 @@ impl ViewApp {
     /// Begins to read files.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn open_paths(&mut self, paths: &[std::path::PathBuf]) {
-        self.open(paths.iter().cloned().map(Source::Path).collect());
+        self.open(paths.iter().cloned().map(Source::new).collect());
     }
 
     /// Opens the files that have been read.

@@ -1,24 +1,19 @@
 //! Files that are opened: a rig or a take. Their contents tell which.
 
-use crate::document::OpenTake;
-#[cfg(not(target_arch = "wasm32"))]
-use crate::document::TimelineEvent;
+use crate::document::{OpenTake, TimelineEvent};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
-#[cfg(not(target_arch = "wasm32"))]
 use crate::problems::ProblemKind;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::same::Same;
 use crate::work::Task;
 use eframe::egui;
-use rhytid_capture::{Edit, Event};
-#[cfg(not(target_arch = "wasm32"))]
-use rhytid_core::Warning;
-use rhytid_core::{Error, Progress, Result, Rig, Take, rig_file};
-#[cfg(not(target_arch = "wasm32"))]
+use rhytid_capture::{Edit, Event, Kind};
+use rhytid_core::{Error, Progress, Result, Rig, Take, Warning, input_file, rig_file};
 use rhytid_formats::FileKind;
 use rhytid_formats::mesh::{self, Numbers};
-use rhytid_formats::take::{self, Missing};
+use rhytid_formats::take::Missing;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The contents of a file.
@@ -33,33 +28,44 @@ pub(crate) enum Opened {
 }
 
 /// The source of a file.
-#[derive(Debug, Clone)]
-pub(crate) enum Source {
-    #[cfg(not(target_arch = "wasm32"))]
-    Path(std::path::PathBuf),
-    /// The name and the contents, as browsers have them.
-    Bytes(String, Arc<[u8]>),
+#[derive(Debug)]
+pub(crate) struct Source {
+    path: PathBuf,
+    /// The contents, as long as they are read.
+    #[cfg(target_arch = "wasm32")]
+    _held: rhytid_core::HeldFile,
 }
 
 impl Source {
-    pub(crate) fn name(&self) -> String {
-        match self {
-            #[cfg(not(target_arch = "wasm32"))]
-            Self::Path(path) => path.display().to_string(),
-            Self::Bytes(name, _) => name.clone(),
-        }
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn new(path: PathBuf) -> Self {
+        Self { path }
+    }
+
+    /// A file that the page has read.
+    #[cfg(target_arch = "wasm32")]
+    pub(crate) fn new(name: &str, bytes: Vec<u8>) -> Self {
+        Self { path: PathBuf::from(name), _held: rhytid_core::HeldFile::new(name, bytes.into()) }
+    }
+
+    fn name(&self) -> String {
+        self.path.display().to_string()
     }
 
     /// The name without its folder.
     fn short_name(&self) -> String {
-        let name = self.name();
-        let last = std::path::Path::new(&name).file_name().map(|last| last.to_string_lossy().into_owned());
-        last.unwrap_or(name)
+        let last = self.path.file_name().map(|last| last.to_string_lossy().into_owned());
+        last.unwrap_or_else(|| self.name())
+    }
+
+    /// Whether the name ends so, in upper or lower case.
+    fn ends_in(&self, ending: &str) -> bool {
+        self.path.extension().is_some_and(|found| found.eq_ignore_ascii_case(ending))
     }
 
     /// Whether the name is that of a rig.
     fn is_rig(&self) -> bool {
-        self.name().to_lowercase().ends_with(".safetensors")
+        self.ends_in("safetensors")
     }
 
     /// Whether it takes the place of the open rig.
@@ -70,89 +76,66 @@ impl Source {
 
     /// Whether it is a file of edits: TOML that is no project.
     pub(crate) fn is_edits(&self) -> bool {
-        self.name().to_lowercase().ends_with(".toml") && !self.is_project()
+        self.ends_in("toml") && !self.is_project()
     }
 
-    /// Whether it is a project file, which names a neutral mesh. Pages cannot read the files that it names.
+    /// Whether it is a project file, which names a neutral mesh.
     fn is_project(&self) -> bool {
-        #[cfg(not(target_arch = "wasm32"))]
-        if let Self::Path(path) = self
-            && path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
-        {
-            let text = rhytid_core::input_file::read(path, rhytid_core::input_file::LARGEST_TEXT);
-            let text = text.unwrap_or_default();
-            let names_neutral = |line: &str| {
-                line.trim_start()
-                    .strip_prefix("neutral")
-                    .is_some_and(|rest| rest.trim_start().starts_with('='))
-            };
-            return String::from_utf8_lossy(&text).lines().any(names_neutral);
+        if !self.ends_in("toml") {
+            return false;
         }
-        false
+        let text = input_file::read(&self.path, input_file::LARGEST_TEXT).unwrap_or_default();
+        let names_neutral = |line: &str| {
+            line.trim_start().strip_prefix("neutral").is_some_and(|rest| rest.trim_start().starts_with('='))
+        };
+        String::from_utf8_lossy(&text).lines().any(names_neutral)
     }
 
     /// Reads the file. A take is read for `rig`, edits for `take`.
+    #[cfg_attr(target_arch = "wasm32", expect(unused_variables, reason = "pages open no edits"))]
     fn read(&self, rig: Option<&Rig>, take: Option<&Take>, progress: &dyn Progress) -> Result<Opened> {
-        let name = self.name();
-        if self.is_edits() {
-            return match (self, rig, take) {
-                #[cfg(not(target_arch = "wasm32"))]
-                (Self::Path(path), Some(rig), Some(take)) => edits_in(path, rig, take, name, progress),
-                (Self::Bytes(..), ..) => Err(Error::unsupported_format(format!(
-                    "{name}: this page cannot open edits; the window on a computer can"
-                ))),
-                #[cfg(not(target_arch = "wasm32"))]
-                _ => {
-                    Err(Error::empty(format!("{name}: open a rig and a take first, then the edits for them")))
-                }
-            };
+        let (path, name) = (&*self.path, self.name());
+        #[cfg(target_arch = "wasm32")]
+        if self.ends_in("toml") {
+            return Err(Error::unsupported_format(format!(
+                "{name}: this page opens neither projects nor edits; the window on a computer does"
+            )));
         }
         #[cfg(not(target_arch = "wasm32"))]
-        if let (Self::Path(path), true) = (self, self.is_project()) {
+        if self.is_project() {
             return solved(path, name, progress);
+        }
+        #[cfg(not(target_arch = "wasm32"))]
+        if self.is_edits() {
+            let (Some(rig), Some(take)) = (rig, take) else {
+                let then = "open a rig and a take first, then the edits for them";
+                return Err(Error::empty(format!("{name}: {then}")));
+            };
+            return edits_in(path, rig, take, name, progress);
         }
         if self.is_rig() {
             progress.report("read the rig", 0, 1);
-            let rig = match self {
-                #[cfg(not(target_arch = "wasm32"))]
-                Self::Path(path) => rig_file::read(path)?,
-                Self::Bytes(name, bytes) => rig_file::decode(bytes, name)?,
-            };
+            let rig = rig_file::read(path)?;
             if rig.surface().triangles.is_empty() {
                 return Err(Error::empty(format!("{name}: the rig has no triangles, expected a surface")));
             }
             return Ok(Opened::Rig(Arc::new(rig), name));
         }
         let rig = rig.ok_or_else(|| self.no_rig())?;
-        if name.to_lowercase().ends_with(".ply") {
-            let vertices = rig.vertices();
-            return Ok(Opened::Numbers(match self {
-                #[cfg(not(target_arch = "wasm32"))]
-                Self::Path(path) => mesh::read_numbers(path, vertices)?,
-                Self::Bytes(name, bytes) => mesh::decode_numbers(bytes, name, vertices)?,
-            }));
+        if self.ends_in("ply") {
+            return Ok(Opened::Numbers(mesh::read_numbers(path, rig.vertices())?));
         }
-        match self {
-            #[cfg(not(target_arch = "wasm32"))]
-            Self::Path(path) => take_in(path, rig, name, Vec::new(), progress),
-            Self::Bytes(_, bytes) => {
-                let take = take::decode(bytes, &name, Some(&rig.handles().labels), Missing::Hold)?;
-                Ok(Opened::Take(OpenTake { name, take, incidents: Vec::new(), repairs: Vec::new() }))
-            }
-        }
+        take_in(path, rig, name, Vec::new(), progress)
     }
 
     /// The reason why nothing but a rig can be opened.
     fn no_rig(&self) -> Error {
         let then = "open a rig first, then a take for it";
-        #[cfg(not(target_arch = "wasm32"))]
-        if let Self::Path(path) = self {
-            if let Err(error) = std::fs::metadata(path) {
-                return Error::io(path)(error);
-            }
-            if let Err(error) = FileKind::expect(path, &[FileKind::Rig]) {
-                return error.reworded(|said| format!("{said}; {then}"));
-            }
+        if let Err(error) = input_file::is_regular(&self.path) {
+            return Error::io(&self.path)(error);
+        }
+        if let Err(error) = FileKind::expect(&self.path, &[FileKind::Rig]) {
+            return error.reworded(|said| format!("{said}; {then}"));
         }
         Error::unsupported_format(format!("{}: is not a rig (.safetensors); {then}", self.name()))
     }
@@ -160,7 +143,7 @@ impl Source {
 
 /// The rig of a project, solved for this window.
 #[cfg(not(target_arch = "wasm32"))]
-fn solved(path: &std::path::Path, name: String, progress: &dyn Progress) -> Result<Opened> {
+fn solved(path: &Path, name: String, progress: &dyn Progress) -> Result<Opened> {
     progress.report("read the project", 0, 1);
     let face = rhytid_formats::project::read(path, rhytid_formats::Reach::Below)?;
     let rig: Rig = rhytid_solve::solve(&face, progress)?.rounded()?;
@@ -172,13 +155,7 @@ fn solved(path: &std::path::Path, name: String, progress: &dyn Progress) -> Resu
 
 /// A file of edits, and the edited take.
 #[cfg(not(target_arch = "wasm32"))]
-fn edits_in(
-    path: &std::path::Path,
-    rig: &Rig,
-    take: &Take,
-    name: String,
-    progress: &dyn Progress,
-) -> Result<Opened> {
+fn edits_in(path: &Path, rig: &Rig, take: &Take, name: String, progress: &dyn Progress) -> Result<Opened> {
     use crate::edits::FrameEdits;
     use rhytid_core::Backend;
     use rhytid_formats::Reach;
@@ -198,15 +175,13 @@ fn edits_in(
 }
 
 /// A take's CSV, curves, or the file of a capture system, which is cleaned up.
-#[cfg(not(target_arch = "wasm32"))]
 fn take_in(
-    path: &std::path::Path,
+    path: &Path,
     rig: &Rig,
     name: String,
     repairs: Vec<Edit>,
     progress: &dyn Progress,
 ) -> Result<Opened> {
-    use rhytid_capture::Kind;
     use rhytid_playback::{CleanUp, read_take};
     FileKind::expect(path, &[FileKind::Take, FileKind::RawTake, FileKind::Curves])?;
     let mut clean_up = CleanUp::default();
@@ -265,7 +240,7 @@ pub(crate) fn begin_again(
     context: &egui::Context,
 ) -> Opening {
     Task::new(format!("reading {name} with repairs"), context, move |work, give| {
-        give(take_in(std::path::Path::new(&name), &rig, name.clone(), repairs, work));
+        give(take_in(Path::new(&name), &rig, name.clone(), repairs, work));
     })
 }
 
@@ -278,7 +253,7 @@ fn read(
 ) -> Result<()> {
     sources.sort_by_key(|source| (!(source.is_rig() || source.is_project()), source.is_edits()));
     let needs_take = sources.iter().any(Source::is_edits);
-    for source in sources {
+    for source in &sources {
         let found = source.read(rig.as_deref(), take.as_ref(), progress)?;
         if progress.cancelled() {
             return Err(Error::Cancelled);
@@ -300,9 +275,11 @@ mod tests {
     use super::*;
     use crate::work::Next;
     use rhytid_core::NoProgress;
+    use rhytid_formats::take;
     use std::time::Duration;
 
-    fn open(sources: Vec<Source>) -> Result<Vec<Opened>> {
+    fn open(paths: &[PathBuf]) -> Result<Vec<Opened>> {
+        let sources = paths.iter().cloned().map(Source::new).collect();
         let opening = begin(sources, None, None, &egui::Context::default());
         let mut opened = Vec::new();
         loop {
@@ -315,36 +292,33 @@ mod tests {
     }
 
     #[test]
-    fn a_rig_and_its_take_in_any_order_from_files_and_from_bytes() {
+    fn a_rig_and_its_take_in_any_order() {
         let face = rhytid_demo::face(1_000);
         let rig: Rig = rhytid_solve::solve(&face, &NoProgress).unwrap().rounded().unwrap();
         let folder = tempfile::tempdir().unwrap();
         let paths = ["take.csv", "face.safetensors"].map(|name| folder.path().join(name));
         take::write(&paths[0], &rhytid_demo::performance(&face)).unwrap();
         rig_file::write(&paths[1], &rig).unwrap();
-        let bytes = paths.clone().map(|path| {
-            let bytes = std::fs::read(&path).unwrap();
-            Source::Bytes(path.display().to_string(), bytes.into())
-        });
-        for sources in [paths.map(Source::Path), bytes] {
-            match &open(sources.to_vec()).unwrap()[..] {
-                [Opened::Rig(found, _), Opened::Take(take)] => {
-                    assert_eq!(**found, rig);
-                    assert_eq!(take.take, rhytid_demo::performance(&face));
-                }
-                other => panic!("{} things", other.len()),
+        match &open(&paths).unwrap()[..] {
+            [Opened::Rig(found, _), Opened::Take(take)] => {
+                assert_eq!(**found, rig);
+                assert_eq!(take.take, rhytid_demo::performance(&face));
             }
-            let alone = open(vec![sources[0].clone()]).unwrap_err().to_string();
-            assert!(alone.contains("open a rig first"), "{alone}");
+            other => panic!("{} things", other.len()),
         }
+        let alone = open(&paths[..1]).unwrap_err().to_string();
+        assert!(alone.contains("open a rig first"), "{alone}");
     }
 
     #[test]
     fn broken_files_are_a_sentence() {
+        let folder = tempfile::tempdir().unwrap();
         for (name, bytes) in [("a.safetensors", &b"{"[..]), ("a.safetensors", b""), ("a.csv", b"")] {
-            let error = open(vec![Source::Bytes(name.to_owned(), bytes.into())]).unwrap_err();
+            let path = folder.path().join(name);
+            std::fs::write(&path, bytes).unwrap();
+            let error = open(&[path]).unwrap_err();
             assert!(matches!(error, Error::Input(_)) && error.to_string().contains(name), "{error}");
         }
-        assert!(matches!(open(vec![Source::Path("nowhere.safetensors".into())]), Err(Error::Io { .. })));
+        assert!(matches!(open(&["nowhere.safetensors".into()]), Err(Error::Io { .. })));
     }
 }

@@ -2,9 +2,7 @@
 
 use eframe::egui::Color32;
 use glam::Vec3;
-#[cfg(not(target_arch = "wasm32"))]
-use rhytid_capture::Kind;
-use rhytid_capture::StrainLimit;
+use rhytid_capture::{Kind, StrainLimit};
 use rhytid_core::human;
 
 /// A marker with a lower confidence is in doubt. A filled gap has this confidence, and a lost marker less.
@@ -34,7 +32,6 @@ pub struct Problem {
 
 impl ProblemKind {
     /// What an event of the clean-up is. `None` where nothing is wrong any more.
-    #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn of(kind: Kind, confidence: f32) -> Option<Self> {
         match kind {
             Kind::Swap | Kind::Shuffled | Kind::Slide | Kind::Step => Some(Self::Label),

@@ -52,10 +52,19 @@ async function run() {
     viewer.open(demo, files);
     element("files").addEventListener("change", async ({ target }) => {
         const chosen = [...target.files];
-        const read = await Promise.all(chosen.map(async (file) => new Uint8Array(await file.arrayBuffer())));
-        viewer.open(chosen.map(({ name }) => name), read);
         // The same file may be chosen again.
         target.value = "";
+        const bytes = async (file) => {
+            const reason = (error) => new Error(`${file.name}: the browser cannot read it (${error.message})`);
+            return new Uint8Array(await file.arrayBuffer().catch((error) => Promise.reject(reason(error))));
+        };
+        try {
+            const read = await Promise.all(chosen.map(bytes));
+            end("open");
+            viewer.open(chosen.map(({ name }) => name), read);
+        } catch (error) {
+            end("open", error.message);
+        }
         element("canvas").focus();
     });
     // As soon as there is a picture.

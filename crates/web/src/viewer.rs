@@ -92,6 +92,11 @@ impl Viewer {
         status.map_or_else(String::new, |status| status.to_string())
     }
 
+    /// Shows a frame, and stops there. Beyond the last frame it is the last.
+    pub fn seek(&self, frame: usize) {
+        self.with(|app| app.seek(frame));
+    }
+
     /// The place of a handle on the canvas, in CSS pixels from its upper left corner.
     pub fn handle(&self, handle: usize) -> Option<Vec<f32>> {
         self.with(|app| app.handle_in_window(handle))?.map(|at| at.to_vec())

@@ -5,14 +5,15 @@ use ::gltf::json::Root;
 use ::gltf::json::mesh::Semantic;
 use ::gltf::json::validation::Checked::{self, Valid};
 use percent_encoding::percent_decode_str;
-use rhytid_core::{Error, InputErrorKind, Result, folder_of, input_file, is_below};
-use std::fs::File;
+use rhytid_core::input_file::{self, InputFile};
+use rhytid_core::{Error, InputErrorKind, Result, folder_of, is_below};
+
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 /// The binary part of a file.
 pub(super) struct Source {
-    file: File,
+    file: InputFile,
     /// Of the binary part in `file`.
     start: u64,
     /// Of the binary part.
@@ -50,10 +51,8 @@ pub(super) fn open(path: &Path) -> Result<(Document, Source)> {
         Err(Error::input(format!("{}: keeps its numbers in {}, {what}", path.display(), bin.display()))
             .of_kind(InputErrorKind::NotThere { file: bin.clone() }))
     };
-    match bin.metadata() {
-        Ok(found)
-            if found.is_file()
-                && is_below(folder_of(path), Path::new(bin.file_name().unwrap_or_default())) => {}
+    match input_file::is_regular(&bin) {
+        Ok(true) if is_below(folder_of(path), Path::new(bin.file_name().unwrap_or_default())) => {}
         Ok(_) => return wrong("which is no file beside it; put the two files together again"),
         Err(error) if error.kind() == ErrorKind::NotFound => {
             return wrong("which does not exist; put the two files together again");
@@ -96,8 +95,8 @@ fn words(bytes: &[u8]) -> [u32; 3] {
 }
 
 impl Source {
-    fn whole(file: File, path: &Path) -> Result<Self> {
-        let length = file.metadata().map_err(Error::io(path))?.len();
+    fn whole(mut file: InputFile, path: &Path) -> Result<Self> {
+        let length = file.seek(SeekFrom::End(0)).map_err(Error::io(path))?;
         Ok(Self { file, start: 0, length, path: path.to_owned() })
     }
 

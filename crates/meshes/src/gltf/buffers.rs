@@ -169,8 +169,8 @@ pub(in super::super) fn read_beside(folder: &Path, uri: &str, name: &str) -> Res
         return Err(wrong("expected a file beside it or below; put it there or save the mesh as GLB")
             .of_kind(InputErrorKind::OutsideFolder { file: file.clone() }));
     }
-    match file.metadata() {
-        Ok(found) if found.is_file() => input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE),
+    match input_file::is_regular(&file) {
+        Ok(true) => input_file::read(&file, input_file::LARGEST_MESH_OR_TAKE),
         Ok(_) => Err(wrong("which is no file; save the mesh as GLB")),
         Err(error) if error.kind() == ErrorKind::NotFound => {
             Err(wrong("which does not exist; put the two files together again or save the mesh as GLB")

@@ -18,7 +18,6 @@ use crate::header::Table;
 use crate::take::{self, Missing};
 use crate::text::utf_8;
 use rhytid_core::{Error, RawTake, Result, input_file};
-use std::io::Read;
 use std::path::Path;
 
 pub(crate) use table::is_face_mesh;
@@ -124,13 +123,8 @@ const LONGEST_HEADER: u64 = 65_536;
 /// is not regular cannot be read twice, so nothing of it is read. A file that cannot be opened is judged by
 /// its name.
 pub fn contents(path: &Path) -> Contents {
-    let mut start = Vec::new();
-    if std::fs::metadata(path).is_ok_and(|found| found.is_file())
-        && let Ok(file) = std::fs::File::open(path)
-    {
-        // An error is ignored here: the reader of the whole file finds and reports it again.
-        let _ = file.take(LONGEST_HEADER).read_to_end(&mut start);
-    }
+    // An error is ignored here: the reader of the whole file finds and reports it again.
+    let start = input_file::start(path, LONGEST_HEADER).unwrap_or_default();
     match Kind::detect(&start, path) {
         Kind::Csv => match Table::detect(&utf_8(&start)) {
             Table::Take => Contents::Take,

@@ -1,6 +1,7 @@
 //! The pages in a browser: Chromium, whose WebGPU runs on SwiftShader, opens what `cargo xtask web` builds
 //! from a server on this machine.
 mod conformance;
+mod files;
 mod pages;
 mod touch;
 mod viewer;

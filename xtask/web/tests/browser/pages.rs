@@ -104,7 +104,7 @@ fn all_of_it_without_data_is_small() {
     let files = &pages().files;
     // A browser loads one of the two programs.
     for (program, other, most) in
-        [("rhytid_web", "rhytid_webgl", 5_400_000), ("rhytid_webgl", "rhytid_web", 8_000_000)]
+        [("rhytid_web", "rhytid_webgl", 8_600_000), ("rhytid_webgl", "rhytid_web", 10_600_000)]
     {
         let names = [format!("{other}.js"), format!("{other}_bg.wasm")];
         let loaded = files.iter().filter(|file| !file.is_data && !names.contains(&file.name));
