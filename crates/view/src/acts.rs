@@ -94,6 +94,9 @@ impl Scene {
     }
 
     fn take_next(&mut self, step: isize) {
+        if self.document.is_mesh() {
+            return;
+        }
         let count = self.document.rig.handles().len() as isize;
         let next = match self.selected.last() {
             Some(&selected) => (selected as isize + step).rem_euclid(count),

@@ -370,7 +370,11 @@ impl ViewApp {
             Command::Mirror => self.settings.mirrored = !self.settings.mirrored,
             Command::Names => self.settings.names = !self.settings.names,
             Command::Look(i) => {
-                self.settings.show = Show::ALL.get(usize::from(i)).copied().unwrap_or(self.settings.show);
+                let show = Show::ALL.get(usize::from(i)).copied().unwrap_or(self.settings.show);
+                match show.needs_rig() && self.document().is_some_and(Document::is_mesh) {
+                    true => self.tell(Ok(format!("“{}” would need a rig, and a mesh is open", show.name()))),
+                    false => self.settings.show = show,
+                }
             }
             #[cfg(not(target_arch = "wasm32"))]
             Command::Screenshot | Command::SaveFrame | Command::SaveExample | Command::SaveEdits => {
@@ -412,7 +416,7 @@ impl ViewApp {
     pub(crate) fn listen_again(&mut self) {
         let Some(listen) = self.listen_at.clone() else { return };
         self.live = None;
-        let Some(scene) = &self.scene else { return };
+        let Some(scene) = self.scene.as_ref().filter(|scene| !scene.document.is_mesh()) else { return };
         match Live::new(&listen, &scene.document.rig, &self.context) {
             Ok(live) => {
                 // Port 0 means any free port. The next rig listens at the same port.

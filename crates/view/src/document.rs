@@ -7,6 +7,7 @@ pub use pulled::NewPulls;
 use crate::edits::{EditedFrame, OpenEdits};
 use crate::events::doubts;
 use crate::history::History;
+use crate::open_mesh::MeshFrames;
 use crate::problems::{Problem, ProblemKind, strains};
 use crate::pulls::{Pull, When};
 use crate::same::Same;
@@ -84,6 +85,8 @@ pub struct Document {
     doubts: Vec<TimelineEvent>,
     /// Numbers of a file. Each set has one for every vertex.
     numbers: Same<Vec<Numbers>>,
+    /// The frames of a mesh without a rig.
+    mesh: Option<Same<MeshFrames>>,
     /// Live positions, H × 3, and the confidence of each handle. They replace the take's.
     live: Option<(Vec<f32>, Vec<f32>)>,
     /// The play head.
@@ -116,6 +119,7 @@ impl Document {
             edited: true,
             doubts: Vec::new(),
             numbers: Same::new(Vec::new()),
+            mesh: None,
             live: None,
             transport: Transport::new(&[0.0], 30.0),
             pose,
@@ -127,6 +131,18 @@ impl Document {
             rest,
             rig,
         }
+    }
+
+    /// A mesh without a rig, which plays its own frames. `rig` has its surface.
+    pub(crate) fn of_mesh(rig: Arc<Rig>, name: &str, frames: Same<MeshFrames>) -> Self {
+        let mut transport = Transport::new(&frames.times, frames.rate);
+        transport.playing = frames.times.len() > 1;
+        Self { transport, mesh: Some(frames), ..Self::new(rig, name) }
+    }
+
+    /// Whether it is a mesh without a rig. It has no markers.
+    pub fn is_mesh(&self) -> bool {
+        self.mesh.is_some()
     }
 
     /// Plays a take from now on. The pose stays. A take of the same name and times goes on where it was.

@@ -5,10 +5,13 @@ use crate::app::ViewApp;
 use crate::dialog;
 use crate::document::Document;
 use crate::open::{self, Opened, Source};
+use crate::open_mesh::{MeshFrames, OpenMesh};
+use crate::same::Same;
 use crate::scene::Scene;
-use crate::settings::Show;
+use crate::settings::{Before, Show};
 use crate::work::Next;
-use rhytid_core::{Error, Result};
+use rhytid_core::{Error, Result, Rig};
+use std::sync::Arc;
 
 impl ViewApp {
     /// Begins to read files: a rig, and takes for this rig or for the open one.
@@ -22,7 +25,7 @@ impl ViewApp {
             return;
         }
         let document = self.document();
-        let rig = document.map(|document| document.rig.clone());
+        let rig = document.filter(|document| !document.is_mesh()).map(|document| document.rig.clone());
         // Only a file of edits needs a copy of the take.
         let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
         let take = take.map(|open| open.take.clone());
@@ -95,21 +98,38 @@ impl ViewApp {
         self.opening = None;
     }
 
+    /// Shows a rig, or a mesh with its frames, in place of what was open.
+    fn show(&mut self, rig: Arc<Rig>, name: &str, frames: Option<Same<MeshFrames>>) {
+        let before = self.scene.take();
+        let window = (&self.state, &self.context);
+        let mut scene = Scene::new(rig, name, &self.gpu, window, self.device.clone(), frames, before);
+        scene.pace.always_whole = self.whole_pictures;
+        self.scene = Some(scene);
+        self.remember(name);
+    }
+
     fn take_one(&mut self, opened: Opened) -> Result<()> {
         match opened {
             Opened::Rig(rig, name) => {
                 if self.settings.show == Show::Numbers {
                     self.settings.show = Show::default();
                 }
-                let before = self.scene.take();
-                let window = (&self.state, &self.context);
-                let mut scene = Scene::new(rig, &name, &self.gpu, window, self.device.clone(), before);
-                scene.pace.always_whole = self.whole_pictures;
-                self.scene = Some(scene);
-                self.remember(&name);
+                self.show(rig, &name, None);
                 self.note = None;
                 #[cfg(not(target_arch = "wasm32"))]
                 self.listen_again();
+            }
+            Opened::Mesh(OpenMesh { name, rig, frames, words }) => {
+                self.settings.before = Before::Off;
+                if self.settings.show.needs_rig() {
+                    self.settings.show = Show::default();
+                }
+                self.show(rig, &name, Some(frames));
+                #[cfg(not(target_arch = "wasm32"))]
+                {
+                    self.live = None;
+                }
+                self.tell(Ok(words));
             }
             Opened::Take(take) => {
                 self.remember(&take.name);

@@ -2,6 +2,7 @@
 
 use crate::edits::{EditedFrame, FrameEdits};
 use crate::gpu::Gpu;
+use crate::open_mesh::MeshFrames;
 use crate::same::Same;
 use rayon::prelude::*;
 use rhytid_backend_cpu::Cpu;
@@ -18,6 +19,8 @@ pub(crate) struct Wanted {
     pub gain: f32,
     /// Whether the whole frame is needed on the host, as for heat maps.
     pub on_host: bool,
+    /// The frame of a mesh without a rig.
+    pub frame: usize,
 }
 
 /// The effects of edits and pulls, and what they were made of.
@@ -33,6 +36,8 @@ pub(crate) type OtherDevice = Animator<Box<dyn Session>>;
 /// Evaluates one frame at a time.
 pub(crate) struct FrameSource {
     rig: Arc<Rig>,
+    /// The frames of a mesh without a rig, which are not evaluated.
+    frames: Option<Same<MeshFrames>>,
     gpu: Gpu,
     /// The evaluation on the device that draws. `None` where another device was chosen, or where the device
     /// cannot evaluate.
@@ -54,12 +59,18 @@ pub(crate) struct FrameSource {
 }
 
 impl FrameSource {
-    /// The frames of `rig`, drawn by `gpu`. Without an `other` device, `gpu` also evaluates them if it can.
+    /// The frames of `rig`, drawn by `gpu`. Without an `other` device, `gpu` also evaluates them if it can. A
+    /// mesh without a rig has `frames` of its own.
     ///
     /// # Errors
     /// As [`Animator::new`].
-    pub(crate) fn new(rig: Arc<Rig>, gpu: &Gpu, other: Option<OtherDevice>) -> Result<Self> {
-        let kernels = gpu.kernels().filter(|_| other.is_none());
+    pub(crate) fn new(
+        rig: Arc<Rig>,
+        gpu: &Gpu,
+        other: Option<OtherDevice>,
+        frames: Option<Same<MeshFrames>>,
+    ) -> Result<Self> {
+        let kernels = gpu.kernels().filter(|_| other.is_none() && frames.is_none());
         let upload = |wgpu| Animator::new(wgpu, &rig, UploadOptions::frames(1));
         let drawn = kernels.map(upload).transpose()?;
         Ok(Self {
@@ -74,6 +85,7 @@ impl FrameSource {
             normals: Vec::new(),
             large_scale: Vec::new(),
             without: Default::default(),
+            frames,
             rig,
         })
     }
@@ -96,7 +108,7 @@ impl FrameSource {
             self.is_on_host = false;
             return Ok(());
         }
-        self.evaluate_on_host(handles, wanted.gain, edits)?;
+        self.evaluate_on_host(handles, wanted, edits)?;
         self.buffers.set(&self.positions, &self.normals, &[]);
         Ok(())
     }
@@ -125,10 +137,10 @@ impl FrameSource {
     pub(crate) fn on_host(
         &mut self,
         handles: &[f32],
-        gain: f32,
+        wanted: Wanted,
         edits: Option<&EditedFrame>,
     ) -> Result<[&[f32]; 2]> {
-        self.evaluate_on_host(handles, gain, edits)?;
+        self.evaluate_on_host(handles, wanted, edits)?;
         Ok([&self.positions, &self.large_scale])
     }
 
@@ -137,8 +149,20 @@ impl FrameSource {
         [&self.positions, &self.large_scale]
     }
 
-    fn evaluate_on_host(&mut self, handles: &[f32], gain: f32, edits: Option<&EditedFrame>) -> Result<()> {
+    fn evaluate_on_host(
+        &mut self,
+        handles: &[f32],
+        wanted: Wanted,
+        edits: Option<&EditedFrame>,
+    ) -> Result<()> {
         self.is_on_host = true;
+        let gain = wanted.gain;
+        if let Some(frames) = &self.frames {
+            frames.read(wanted.frame, &mut self.positions)?;
+            self.large_scale.clone_from(&self.positions);
+            self.compute_normals();
+            return Ok(());
+        }
         let effects = edits.map(|edits| self.effects_of(edits));
         let edits = edits.zip(effects.as_deref());
         if let Some(without) = edits.and_then(|(edits, _)| edits.without.as_ref()) {
@@ -208,12 +232,22 @@ impl FrameSource {
         for (x, large) in self.positions.iter_mut().zip(&self.large_scale) {
             *x = large + gain * (*x - large);
         }
+        self.compute_normals();
+        Ok(())
+    }
+
+    /// The normals of the present positions.
+    fn compute_normals(&mut self) {
         let (points, _) = self.positions.as_chunks::<3>();
         let normal = |v: usize| vertex_normal(points, &self.rig.surface().triangles, self.triangles.at(v));
         self.normals.resize(self.positions.len(), 0.0);
         let (normals, _) = self.normals.as_chunks_mut::<3>();
         normals.par_iter_mut().enumerate().for_each(|(v, n)| *n = normal(v));
-        Ok(())
+    }
+
+    /// The frames of a mesh without a rig.
+    pub(crate) fn frames(&self) -> Option<Same<MeshFrames>> {
+        self.frames.clone()
     }
 
     /// The device that draws.

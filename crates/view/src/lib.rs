@@ -53,6 +53,7 @@ mod marker_dots;
 mod marker_guides;
 mod marker_values;
 mod open;
+mod open_mesh;
 mod orbit;
 mod order;
 mod pace;

@@ -3,6 +3,7 @@
 use crate::document::{OpenTake, TimelineEvent};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
+use crate::open_mesh::{self, OpenMesh};
 use crate::problems::ProblemKind;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::same::Same;
@@ -20,6 +21,8 @@ use std::sync::Arc;
 #[derive(Debug)]
 pub(crate) enum Opened {
     Rig(Arc<Rig>, String),
+    /// A mesh without a rig.
+    Mesh(OpenMesh),
     Take(OpenTake),
     /// Numbers at the rig's vertices.
     Numbers(Vec<Numbers>),
@@ -74,6 +77,16 @@ impl Source {
         self.is_rig() || self.is_project()
     }
 
+    /// Whether the name is that of a mesh or of an animation.
+    fn is_mesh(&self) -> bool {
+        mesh::Format::from_extension(&self.path).is_ok()
+    }
+
+    /// Whether another file names it and reads it.
+    fn is_companion(&self) -> bool {
+        ["bin", "mtl"].iter().any(|ending| self.ends_in(ending))
+    }
+
     /// Whether it is a file of edits: TOML that is no project.
     pub(crate) fn is_edits(&self) -> bool {
         self.ends_in("toml") && !self.is_project()
@@ -121,10 +134,18 @@ impl Source {
             }
             return Ok(Opened::Rig(Arc::new(rig), name));
         }
-        let rig = rig.ok_or_else(|| self.no_rig())?;
-        if self.ends_in("ply") {
+        #[cfg(not(target_arch = "wasm32"))]
+        if path.is_dir() {
+            return Err(folder(path, &name));
+        }
+        // A PLY file with the rig's vertices has numbers for them.
+        if let (Some(rig), true) = (rig, self.ends_in("ply")) {
             return Ok(Opened::Numbers(mesh::read_numbers(path, rig.vertices())?));
         }
+        if self.is_mesh() {
+            return Ok(Opened::Mesh(open_mesh::read(path, progress)?));
+        }
+        let rig = rig.ok_or_else(|| self.no_rig())?;
         take_in(path, rig, name, Vec::new(), progress)
     }
 
@@ -139,6 +160,23 @@ impl Source {
         }
         Error::unsupported_format(format!("{}: is not a rig (.safetensors); {then}", self.name()))
     }
+}
+
+/// Why a folder is not opened.
+#[cfg(not(target_arch = "wasm32"))]
+fn folder(path: &Path, name: &str) -> Error {
+    let files = std::fs::read_dir(path).into_iter().flatten().flatten();
+    let meshes = files.filter(|file| mesh::Format::from_extension(&file.path()).is_ok()).count();
+    Error::bad_path(match meshes {
+        0 => format!("{name}: is a folder without meshes; open a file"),
+        1 => format!(
+            "{name}: is a folder with 1 mesh; make a project of it with `rhytid new`, and open the project"
+        ),
+        _ => format!(
+            "{name}: is a folder with {meshes} meshes; make a project of them with `rhytid new`, and open the \
+             project"
+        ),
+    })
 }
 
 /// The rig of a project, solved for this window.
@@ -252,6 +290,10 @@ fn read(
     give: &dyn Fn(Result<Opened>),
 ) -> Result<()> {
     sources.sort_by_key(|source| (!(source.is_rig() || source.is_project()), source.is_edits()));
+    let (companions, sources): (Vec<_>, Vec<_>) = sources.into_iter().partition(Source::is_companion);
+    if let (Some(companion), true) = (companions.first(), sources.is_empty()) {
+        return Err(companion.no_rig());
+    }
     let needs_take = sources.iter().any(Source::is_edits);
     for source in &sources {
         let found = source.read(rig.as_deref(), take.as_ref(), progress)?;
@@ -261,6 +303,7 @@ fn read(
         match &found {
             Opened::Rig(found, _) => (rig, take) = (Some(found.clone()), None),
             Opened::Take(found) if needs_take => take = Some(found.take.clone()),
+            Opened::Mesh(_) => (rig, take) = (None, None),
             Opened::Take(_) | Opened::Numbers(_) => {}
             #[cfg(not(target_arch = "wasm32"))]
             Opened::Edits(_) => {}

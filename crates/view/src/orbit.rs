@@ -28,6 +28,14 @@ pub struct Orbit {
 }
 
 impl Orbit {
+    /// As [`Orbit::new`], for the whole mesh instead of the face around its handles.
+    pub fn around(rig: &Rig, aspect: f32) -> Self {
+        let mut orbit = Self::new(rig, aspect);
+        orbit.framed = rig.surface().rest.clone();
+        orbit.all(aspect);
+        orbit
+    }
+
     /// Looks from the front at the face of `rig`, which is in the middle of a picture whose width is `aspect`
     /// times its height.
     pub fn new(rig: &Rig, aspect: f32) -> Self {

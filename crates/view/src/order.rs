@@ -10,6 +10,8 @@ use rhytid_render::{Camera, SkinRenderer};
 /// Everything that a picture depends on. Equal orders have equal pictures.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Order {
+    /// The frame of a mesh without a rig.
+    pub frame: usize,
     pub handles: Vec<[f32; 3]>,
     /// The handles without drags and edits, if they are shown, too.
     pub undragged: Option<Vec<[f32; 3]>>,

@@ -35,8 +35,11 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     });
     let numbers = app.scene.as_ref().map_or(&[][..], |scene| scene.document.numbers());
     let spread = app.scene.as_ref().and_then(|scene| scene.spread);
-    section(ui, "Look", true, |ui| look(&mut app.settings, numbers, spread, ui));
-    if let Some(scene) = &mut app.scene {
+    let is_mesh = app.scene.as_ref().is_some_and(|scene| scene.document.is_mesh());
+    section(ui, "Look", true, |ui| look(&mut app.settings, numbers, Shown { is_mesh, spread }, ui));
+    if is_mesh {
+        section(ui, "Markers", true, |ui| ui.weak("a mesh has no markers: open a rig to drag them"));
+    } else if let Some(scene) = &mut app.scene {
         section(ui, "Markers", true, |ui| markers(scene, &mut app.settings, ui, &mut wanted));
         section(ui, "Problems", true, |ui| marker_values::problems(scene, ui));
         section(ui, "Pulls", true, |ui| pull_panel::show(&mut scene.document, ui, &mut wanted));
@@ -63,7 +66,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     }
     section(ui, "Window", false, theme);
     // This comes last, as it is the longest.
-    if let Some(scene) = &mut app.scene {
+    if let (Some(scene), false) = (&mut app.scene, is_mesh) {
         section(ui, "Vertex", true, |ui| vertex(scene, ui));
     }
     wanted.into_iter().for_each(|command| app.run(command, ui));
@@ -114,7 +117,7 @@ fn opening(app: &mut ViewApp, ui: &mut egui::Ui) {
     });
 }
 
-fn section(ui: &mut egui::Ui, words: &str, is_open: bool, show: impl FnOnce(&mut egui::Ui)) {
+fn section<R>(ui: &mut egui::Ui, words: &str, is_open: bool, show: impl FnOnce(&mut egui::Ui) -> R) {
     egui::CollapsingHeader::new(words).default_open(is_open).show(ui, show);
 }
 
@@ -136,12 +139,23 @@ fn theme(ui: &mut egui::Ui) {
     ui.ctx().set_theme(theme);
 }
 
-fn look(settings: &mut Settings, numbers: &[Numbers], spread: Option<Spread>, ui: &mut egui::Ui) {
+/// What is shown, and its numbers.
+#[derive(Clone, Copy)]
+struct Shown {
+    is_mesh: bool,
+    spread: Option<Spread>,
+}
+
+fn look(settings: &mut Settings, numbers: &[Numbers], shown: Shown, ui: &mut egui::Ui) {
+    let Shown { is_mesh, spread } = shown;
     let of_file = numbers.get(settings.numbers).filter(|_| settings.show == Show::Numbers);
     let shown = of_file.map_or(settings.show.name(), |(name, _)| name);
     egui::ComboBox::from_label("shown").selected_text(shown).show_ui(ui, |ui| {
         for show in Show::ALL {
-            ui.selectable_value(&mut settings.show, show, show.name());
+            ui.add_enabled_ui(!(is_mesh && show.needs_rig()), |ui| {
+                ui.selectable_value(&mut settings.show, show, show.name())
+                    .on_disabled_hover_text("needs a rig, and a mesh is open");
+            });
         }
         for (i, (name, list)) in numbers.iter().enumerate() {
             let is_shown = settings.show == Show::Numbers && settings.numbers == i;
@@ -150,15 +164,9 @@ fn look(settings: &mut Settings, numbers: &[Numbers], spread: Option<Spread>, ui
             }
         }
     });
-    egui::ComboBox::from_label("comparison").selected_text(settings.before.name()).show_ui(ui, |ui| {
-        for before in Before::ALL {
-            ui.selectable_value(&mut settings.before, before, before.name());
-        }
-    });
-    if settings.before != Before::Off {
-        slider(ui, "Wipe", egui::Slider::new(&mut settings.wipe, 0.0..=1.0));
+    if !is_mesh {
+        of_rig(settings, ui);
     }
-    slider(ui, "Wrinkles", egui::Slider::new(&mut settings.gain, 0.0..=2.0).suffix(" ×"));
     if settings.show == Show::Skin {
         let [right, up] = &mut settings.light;
         slider(ui, "Light from the right", egui::Slider::new(right, -180.0..=180.0).suffix("°"));
@@ -198,6 +206,19 @@ fn map_scale(settings: &mut Settings, name: &str, spread: Option<Spread>, ui: &m
             *end = scale::round_up(spread.largest());
         }
     }
+}
+
+/// What a rig's frames have, and a mesh has not.
+fn of_rig(settings: &mut Settings, ui: &mut egui::Ui) {
+    egui::ComboBox::from_label("comparison").selected_text(settings.before.name()).show_ui(ui, |ui| {
+        for before in Before::ALL {
+            ui.selectable_value(&mut settings.before, before, before.name());
+        }
+    });
+    if settings.before != Before::Off {
+        slider(ui, "Wipe", egui::Slider::new(&mut settings.wipe, 0.0..=1.0));
+    }
+    slider(ui, "Wrinkles", egui::Slider::new(&mut settings.gain, 0.0..=2.0).suffix(" ×"));
 }
 
 fn markers(scene: &mut Scene, settings: &mut Settings, ui: &mut egui::Ui, wanted: &mut Vec<Command>) {
@@ -307,7 +328,8 @@ fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
     if app.gpu.kernels().is_none() {
         ui.label("evaluated by the processor, since the device has no compute shaders");
     }
-    if !app.devices.is_empty() {
+    let is_mesh = app.scene.as_ref().is_some_and(|scene| scene.document.is_mesh());
+    if !app.devices.is_empty() && !is_mesh {
         let name = |device: &Option<rhytid_core::DeviceInfo>| match device {
             None => "the device that draws".to_owned(),
             Some(info) => format!("{} ({})", info.id(), info.name),
@@ -330,7 +352,10 @@ fn device(app: &mut ViewApp, ui: &mut egui::Ui) {
     }
     let Some(scene) = &app.scene else { return };
     let rig = &scene.document.rig;
-    ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles().len()));
+    match is_mesh {
+        true => ui.label(format!("{} vertices", rig.vertices())),
+        false => ui.label(format!("{} vertices, {} handles", rig.vertices(), rig.handles().len())),
+    };
     if cfg!(not(target_arch = "wasm32")) {
         let ms = |time: web_time::Duration| 1e3 * time.as_secs_f64();
         let times = scene.times;

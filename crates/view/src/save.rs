@@ -36,6 +36,9 @@ impl ViewApp {
         let Some(scene) = &mut self.scene else { return Ok(None) };
         let rig = PathBuf::from(&scene.document.name);
         match command {
+            Command::SaveFrame if scene.document.is_mesh() => {
+                Err(Error::empty("a mesh has no markers, so there is no take to save"))
+            }
             Command::SaveFrame => {
                 let path = free(&rig, "pose", "csv")?;
                 take::write(&path, &scene.document.frame_as_take())?;

@@ -3,6 +3,7 @@
 use crate::document::Document;
 use crate::gpu::Gpu;
 use crate::legend::Spread;
+use crate::open_mesh::MeshFrames;
 use crate::orbit::Orbit;
 use crate::order::Order;
 use crate::pace::{Fineness, Pace};
@@ -123,13 +124,14 @@ pub(crate) struct Scene {
 
 impl Scene {
     /// Opens a rig in the window of `state` and `context`, whose device is `gpu`. If a `device` is
-    /// given, it evaluates. The scene `before` makes room first.
+    /// given, it evaluates. A mesh without a rig has `frames`. The scene `before` makes room first.
     pub(crate) fn new(
         rig: Arc<Rig>,
         name: &str,
         gpu: &Gpu,
         window: (&RenderState, &egui::Context),
         device: Option<DeviceInfo>,
+        frames: Option<Same<MeshFrames>>,
         before: Option<Self>,
     ) -> Self {
         let (state, context) = window;
@@ -138,19 +140,22 @@ impl Scene {
             task.work.stop();
         }
         let make = {
-            let (rig, gpu) = (rig.clone(), gpu.clone());
+            let (rig, gpu, frames) = (rig.clone(), gpu.clone(), frames.clone());
             move || {
                 drop(skin);
-                Studio::new(rig, &gpu, device.as_ref())
+                Studio::new(rig, &gpu, device.as_ref(), frames)
             }
         };
         Self {
             painter: Painter::new(context, before, make),
             screen: Screen::new(state),
-            orbit: Orbit::new(&rig, 1.0),
             normals: crate::marker_guides::normals(&rig),
             spread: None,
-            document: Document::new(rig, name),
+            orbit: if frames.is_some() { Orbit::around(&rig, 1.0) } else { Orbit::new(&rig, 1.0) },
+            document: match frames {
+                Some(frames) => Document::of_mesh(rig, name, frames),
+                None => Document::new(rig, name),
+            },
             gpu: gpu.clone(),
             context: context.clone(),
             selected: Vec::new(),
@@ -219,12 +224,21 @@ impl Scene {
     fn order(&self, settings: &Settings, view: View) -> Order {
         // These settings do not change a picture.
         let Settings { wipe, reach, mirrored, names, .. } = Settings::default();
+        let is_mesh = self.document.is_mesh();
         Order {
+            frame: if is_mesh { self.document.transport.frame() } else { 0 },
             handles: self.document.handles(true),
             undragged: (settings.before == Before::Take).then(|| self.document.handles(false)),
             edits: self.document.frame_edits(),
             camera: self.orbit.camera(),
-            settings: Settings { wipe, reach, mirrored, names, ..settings.clone() },
+            settings: Settings {
+                wipe,
+                reach,
+                mirrored,
+                names,
+                markers: settings.markers && !is_mesh,
+                ..settings.clone()
+            },
             size: view.size,
             scale: view.scale,
             background: view.background,
@@ -398,6 +412,9 @@ impl Scene {
 
     /// The marker at a place of the picture, in pixels.
     pub(crate) fn marker_at(&self, at: [f32; 2], reach: f32) -> Option<usize> {
+        if self.document.is_mesh() {
+            return None;
+        }
         let handles = self.document.handles(true);
         pick::marker(&handles, &self.orbit.camera(), self.size(), at, reach)
     }

@@ -59,6 +59,11 @@ impl Show {
         }
     }
 
+    /// Whether it shows something of a rig. A mesh alone does not have it.
+    pub(crate) fn needs_rig(self) -> bool {
+        matches!(self, Self::Edges | Self::Influences | Self::Detail)
+    }
+
     /// Whether it needs a frame on the host.
     pub(crate) fn is_made_on_the_host(self) -> bool {
         !matches!(self, Self::Shaded | Self::Skin | Self::Clay | Self::Wireframe | Self::Flat)

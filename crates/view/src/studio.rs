@@ -6,10 +6,12 @@ use crate::frame_source::{FrameSource, OtherDevice, Wanted};
 use crate::gpu::Gpu;
 use crate::legend::Spread;
 use crate::marker_dots;
+use crate::open_mesh::MeshFrames;
 use crate::order::Order;
 use crate::pace::Fineness;
 use crate::painter::{Answer, Job, Painted};
 use crate::pick;
+use crate::same::Same;
 use crate::scene::Times;
 use crate::settings::{Before, Settings, Show};
 use rhytid_core::{DeviceInfo, Progress, Result, Rig};
@@ -28,14 +30,21 @@ pub(crate) struct Studio {
 }
 
 impl Studio {
-    /// Puts a rig on `gpu`, which draws. If another `device` is chosen, it evaluates.
+    /// Puts a rig on `gpu`, which draws. If another `device` is chosen, it evaluates. A mesh without a rig
+    /// has `frames`, which are not evaluated.
     ///
     /// # Errors
     /// As uploading the rig.
-    pub(crate) fn new(rig: Arc<Rig>, gpu: &Gpu, device: Option<&DeviceInfo>) -> Result<Self> {
+    pub(crate) fn new(
+        rig: Arc<Rig>,
+        gpu: &Gpu,
+        device: Option<&DeviceInfo>,
+        frames: Option<Same<MeshFrames>>,
+    ) -> Result<Self> {
+        let device = device.filter(|_| frames.is_none());
         Ok(Self {
             canvas: Canvas::new(&rig, gpu)?,
-            source: FrameSource::new(rig.clone(), gpu, other(device, &rig)?)?,
+            source: FrameSource::new(rig.clone(), gpu, other(device, &rig)?, frames)?,
             rig,
             shell: None,
             strains: None,
@@ -54,8 +63,9 @@ impl Studio {
             }
             Job::Pick { order, at, then } => Ok(Answer::Picked(self.pick(&order, at)?, then)),
             Job::Device(device) => {
-                let other = other(device.as_ref(), &self.rig)?;
-                self.source = FrameSource::new(self.rig.clone(), &self.source.gpu().clone(), other)?;
+                let frames = self.source.frames();
+                let other = other(device.as_ref().filter(|_| frames.is_none()), &self.rig)?;
+                self.source = FrameSource::new(self.rig.clone(), &self.source.gpu().clone(), other, frames)?;
                 Ok(Answer::Device(device))
             }
             #[cfg(not(target_arch = "wasm32"))]
@@ -133,7 +143,7 @@ impl Studio {
             (true, Some(shell)) => shell,
             (true, none) => {
                 let shell = Arc::new((*rig).clone().shell()?);
-                none.insert(FrameSource::new(shell, self.source.gpu(), None)?)
+                none.insert(FrameSource::new(shell, self.source.gpu(), None, None)?)
             }
         };
         let mut times = Times::default();
@@ -143,7 +153,7 @@ impl Studio {
         let is_due =
             |edits: &&EditedFrame| index == 0 && (fineness == Fineness::Whole || edits.edits.is_some());
         let edits = order.edits.as_ref().filter(is_due);
-        source.evaluate(handles.as_flattened(), Wanted { gain, on_host }, edits)?;
+        source.evaluate(handles.as_flattened(), Wanted { gain, on_host, frame: order.frame }, edits)?;
         times.evaluation = begin.elapsed();
         let begin = Instant::now();
         let mut marks = Vec::new();
@@ -203,7 +213,8 @@ impl Studio {
 
     /// V × 3 positions of the frame, and those of its large scale.
     fn on_host(&mut self, order: &Order) -> Result<[&[f32]; 2]> {
-        self.source.on_host(order.handles.as_flattened(), order.settings.gain, order.edits.as_ref())
+        let wanted = Wanted { gain: order.settings.gain, on_host: true, frame: order.frame };
+        self.source.on_host(order.handles.as_flattened(), wanted, order.edits.as_ref())
     }
 
     /// The texture into which the result was drawn.

@@ -40,7 +40,11 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             return;
         }
         if document.transport.frames() < 2 {
-            ui.weak("no take: drop one on the window");
+            ui.weak(if document.is_mesh() {
+                "a mesh that does not move"
+            } else {
+                "no take: drop one on the window"
+            });
             return;
         }
         controls(document, ui, &mut wanted);

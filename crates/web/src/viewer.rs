@@ -65,9 +65,9 @@ impl Viewer {
 
     /// The state of the viewer, as JSON.
     ///
-    /// `open` is the rig's name, or null. The other keys are `vertices`, `frames`, `frame`, `playing`,
-    /// `handles` (H × 3), `selected`, `vertex`, `pictures`, `note`, and `error`, which says whether the note
-    /// is an error. `device` is what draws.
+    /// `open` is the name of the rig or the mesh, or null. `mesh` says whether it is a mesh. The other keys
+    /// are `vertices`, `frames`, `frame`, `playing`, `handles` (H × 3), `selected`, `vertex`, `pictures`,
+    /// `note`, and `error`, which says whether the note is an error. `device` is what draws.
     #[wasm_bindgen(getter)]
     pub fn status(&self) -> String {
         let status = self.with(|app| {
@@ -77,6 +77,7 @@ impl Viewer {
             json!({
                 "open": document.map(|document| &document.name),
                 "vertices": document.map(|document| document.rig.vertices()),
+                "mesh": document.map(rhytid_view::Document::is_mesh),
                 "frames": document.map(|document| document.transport.frames()),
                 "frame": document.map(|document| document.transport.frame()),
                 "playing": document.map(|document| document.transport.playing),

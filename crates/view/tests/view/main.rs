@@ -7,6 +7,7 @@ mod files;
 mod leaving;
 mod live;
 mod markers;
+mod meshes;
 mod narrow;
 mod pictures;
 mod pointer;

@@ -8,7 +8,7 @@ use rhytid_render::{Camera, FrameBuffers, Look, Offscreen, Picture, Renderer};
 use rhytid_view::{Before, Show};
 
 /// The window's picture at the place of the face.
-fn shown(view: &mut View) -> RgbaImage {
+pub(crate) fn shown(view: &mut View) -> RgbaImage {
     let rect = face(view);
     let picture = view.render().unwrap();
     let [x, y, w, h] = [rect.left(), rect.top(), rect.width(), rect.height()].map(|n| n.round() as u32);
@@ -16,7 +16,7 @@ fn shown(view: &mut View) -> RgbaImage {
 }
 
 /// The part of the pixels that have a colour which differs by more than `by`.
-fn differ(a: &RgbaImage, b: impl Fn(u32, u32) -> [u8; 4], by: u8) -> f64 {
+pub(crate) fn differ(a: &RgbaImage, b: impl Fn(u32, u32) -> [u8; 4], by: u8) -> f64 {
     let pixels = a.enumerate_pixels();
     let off = pixels.filter(|(x, y, pixel)| {
         let other = b(*x, *y);
@@ -26,7 +26,12 @@ fn differ(a: &RgbaImage, b: impl Fn(u32, u32) -> [u8; 4], by: u8) -> f64 {
 }
 
 /// The frame that the processor evaluates, drawn without a window.
-fn expected(camera: &Camera, size: [u32; 2], background: [u8; 4], handles: &[[f32; 3]]) -> Picture {
+pub(crate) fn expected(
+    camera: &Camera,
+    size: [u32; 2],
+    background: [u8; 4],
+    handles: &[[f32; 3]],
+) -> Picture {
     let rig = &demo().1;
     let wgpu = Wgpu::open(&Wgpu::devices().unwrap()[0]).unwrap();
     let (device, queue) = (wgpu.device(), wgpu.queue());

@@ -1,8 +1,11 @@
 //! Files that the viewer's page opens: it reads them as the program does.
 
-use super::viewer::{STATUS, distance, evaluate, handles, opened, shown, until};
+use super::viewer::{POSITIONS, STATUS, distance, evaluate, handles, opened, shown, until};
 use super::*;
-use rhytid_core::NoProgress;
+use rhytid_backend_cpu::Cpu;
+use rhytid_core::{Animator, Backend, Mesh, NoProgress, Stage, UploadOptions};
+use rhytid_formats::export::{Frame, Scene, StatedRecipe};
+use rhytid_formats::{animation, mesh};
 use rhytid_playback::{CleanUp, read_take};
 use rhytid_test_support::shared;
 
@@ -150,5 +153,92 @@ fn what_is_wrong_with_a_file_is_said_in_the_program_s_words() {
     let found = opened("", &steps, json!({}));
     for (i, said) in expected.iter().enumerate() {
         assert_eq!(found[i.to_string()]["note"], *said);
+    }
+}
+
+/// The positions of frames 0, 40, 80 and so on of the demo's take.
+fn frames() -> Vec<Vec<f32>> {
+    let (rig, take) = demo();
+    let cpu = Cpu::open(&Cpu::devices().unwrap()[0]).unwrap();
+    let mut animator = Animator::new(&cpu, rig, UploadOptions::frames(1)).unwrap();
+    let all = take.handle_positions(&rig.handles().labels).unwrap();
+    let mut frames = Vec::new();
+    for handles in all.chunks_exact(3 * rig.handles().len()).step_by(40) {
+        let mut positions = Vec::new();
+        animator.evaluate(handles).unwrap();
+        animator.read(Stage::Positions, &mut positions).unwrap();
+        frames.push(positions);
+    }
+    frames
+}
+
+/// Exports frames as an animation.
+fn export(path: &Path, frames: &[Vec<f32>]) {
+    let surface = demo().0.surface();
+    let recipe = StatedRecipe::default();
+    let scene = Scene {
+        name: "demo",
+        rest: &surface.rest,
+        rest_normals: None,
+        channels: &[],
+        faces: &surface.faces,
+        triangle_corners: &surface.triangle_corners().unwrap(),
+        uvs: None,
+        materials: None,
+        head: None,
+        metres_per_unit: surface.metres_per_unit,
+        up_axis: surface.up_axis,
+        frames: frames.len(),
+        rate: 10.0,
+        first_time_code: 0.0,
+        recipe: &recipe,
+        further: &[],
+    };
+    let mut exporter = animation::create(path, &scene, &Default::default()).unwrap();
+    for positions in frames {
+        exporter.frame(&Frame::new(positions)).unwrap();
+    }
+    exporter.finish(&NoProgress).unwrap();
+}
+
+#[test]
+fn meshes_and_animations_are_shown_without_a_rig() {
+    let surface = demo().0.surface();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let positions = surface.rest.iter().map(|p| p.map(f64::from)).collect();
+    mesh::write_obj(&at("a.obj"), &Mesh { positions, faces: surface.faces.clone(), ..Mesh::default() })
+        .unwrap();
+    let frames = frames();
+    for name in ["a.usd", "a.glb", "a.gltf"] {
+        export(&at(name), &frames);
+    }
+    let files = std::fs::read_dir(folder.path()).unwrap().map(|file| file.unwrap().path());
+    let bin = files.into_iter().find(|file| file.extension().unwrap() == "bin").unwrap();
+    let mut steps = Vec::new();
+    for (name, frame) in [("a.obj", 0), ("a.usd", 4), ("a.glb", 3), ("a.gltf", 2)] {
+        let file = at(name);
+        // A glTF text has its numbers in another file.
+        let both = [&*file, &*bin];
+        steps.extend([
+            choose(if name == "a.gltf" { &both } else { &both[..1] }),
+            until(&format!("{STATUS}.open === '{name}' && {STATUS}.pictures > 0")),
+            evaluate("_", &format!("rhytid.viewer.seek({frame})")),
+            shown(),
+            evaluate(&format!("status {name}"), STATUS),
+            evaluate(name, POSITIONS),
+        ]);
+    }
+    let found = opened("", &steps, json!({}));
+    let rest = surface.rest.as_flattened().to_vec();
+    for (name, expected) in
+        [("a.obj", &rest), ("a.usd", &frames[4]), ("a.glb", &frames[3]), ("a.gltf", &frames[2])]
+    {
+        let status = &found[format!("status {name}")];
+        assert!(status["mesh"] == true && status["error"] == false, "{name}: {status}");
+        let shown = floats(&found[name]);
+        assert_eq!(shown.len(), expected.len(), "{name}");
+        let off = shown.iter().zip(expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-4, "{name}: {off}");
     }
 }

@@ -11,7 +11,7 @@ use rhytid_view::Orbit;
 
 const OPEN: &str = "window.rhytid && ['open', 'unsupported', 'broken'].includes(window.rhytid.state)";
 pub(crate) const STATUS: &str = "JSON.parse(rhytid.viewer.status)";
-const POSITIONS: &str = "rhytid.viewer.positions().then((positions) => Array.from(positions))";
+pub(crate) const POSITIONS: &str = "rhytid.viewer.positions().then((positions) => Array.from(positions))";
 pub(crate) const PICTURE: &str = "rhytid.viewer.picture().then((png) => btoa(Array.from(png, (byte) => String.fromCharCode(byte)).join('')))";
 
 /// Presses and releases a key.
