@@ -192,7 +192,7 @@ impl FilmJob {
             Show::Skin => Some(Same::new(crate::canvas::skin(&self.rig, &self.gpu, work)?)),
             _ => None,
         };
-        let mut studio = Studio::new(self.rig, &self.gpu, self.device.as_ref())?;
+        let mut studio = Studio::new(self.rig, &self.gpu, self.device.as_ref(), None)?;
         let io = |error| Error::io(&self.path)(error);
         let film = AnimatedImage::new(self.format, &mut file, first.size, count as u32, self.rate);
         let mut film = film.map_err(io)?;

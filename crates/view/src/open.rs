@@ -10,7 +10,7 @@ use crate::same::Same;
 use crate::work::Task;
 use eframe::egui;
 use rhytid_capture::{Edit, Event, Kind};
-use rhytid_core::{Error, Progress, Result, Rig, Take, Warning, input_file, rig_file};
+use rhytid_core::{Error, Progress, Result, Rig, Take, input_file, rig_file};
 use rhytid_formats::FileKind;
 use rhytid_formats::mesh::{self, Numbers};
 use rhytid_formats::take::Missing;
@@ -187,7 +187,7 @@ fn solved(path: &Path, name: String, progress: &dyn Progress) -> Result<Opened> 
     let rig: Rig = rhytid_solve::solve(&face, progress)?.rounded()?;
     let kept =
         "was solved for this window alone, and nothing was written; solve it into a file to keep the rig";
-    progress.warn(&Warning::from(kept.to_owned()).in_file(&name));
+    progress.warn(&rhytid_core::Warning::from(kept.to_owned()).in_file(&name));
     Ok(Opened::Rig(Arc::new(rig), name))
 }
 
