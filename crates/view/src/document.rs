@@ -40,6 +40,8 @@ pub struct TimelineEvent {
     pub words: String,
     /// The confidence of its samples, from 0 to 1.
     pub confidence: f32,
+    /// Whether it is one of the many gaps that a raw take has, and was filled.
+    pub is_filled_gap: bool,
     /// What is wrong in these frames. `None` where nothing is wrong any more.
     pub problem: Option<ProblemKind>,
     /// The markers that it is about, as handles of the rig. Empty for the head.
@@ -49,7 +51,7 @@ pub struct TimelineEvent {
 impl TimelineEvent {
     /// An event that is no problem and concerns no marker.
     pub fn new(first: usize, frames: usize, words: String) -> Self {
-        Self { first, frames, words, confidence: 1.0, problem: None, handles: Vec::new() }
+        Self { first, frames, words, confidence: 1.0, is_filled_gap: false, problem: None, handles: Vec::new() }
     }
 }
 

@@ -18,6 +18,8 @@ const NAMED: usize = 6;
 /// The kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum EventKind {
+    /// A gap that the clean-up filled. Raw takes have many of them.
+    Gap,
     /// The clean-up found or changed something.
     Found,
     /// Something is wrong with a marker.
@@ -30,7 +32,8 @@ pub(crate) enum EventKind {
 
 impl EventKind {
     /// One of each colour.
-    pub(crate) const ALL: [Self; 6] = [
+    pub(crate) const ALL: [Self; 7] = [
+        Self::Gap,
         Self::Found,
         Self::Wrong(ProblemKind::Gap),
         Self::Wrong(ProblemKind::Strain),
@@ -42,6 +45,7 @@ impl EventKind {
     /// Its colour, for both themes.
     pub(crate) fn colour(self) -> Color32 {
         match self {
+            Self::Gap => Color32::from_gray(135),
             Self::Found => Color32::from_rgb(90, 130, 220),
             Self::Wrong(kind) => kind.colour(),
             Self::Edit => Color32::from_rgb(130, 110, 215),
@@ -52,6 +56,7 @@ impl EventKind {
     /// The meaning of its colour.
     pub(crate) fn meaning(self) -> String {
         match self {
+            Self::Gap => "gap filled".to_owned(),
             Self::Found => "found by the clean-up".to_owned(),
             Self::Wrong(kind) => kind.meaning(),
             Self::Edit => "edited".to_owned(),
@@ -83,8 +88,8 @@ impl Event {
     fn new(found: &TimelineEvent, kind: EventKind) -> Self {
         let last = found.first + found.frames.max(1) - 1;
         let words = match kind {
-            EventKind::Edit | EventKind::Pull(_) => found.words.clone(),
-            _ => format!("{}, confidence {:.1}", found.words, found.confidence),
+            EventKind::Wrong(ProblemKind::Gap) => format!("{}, confidence {:.1}", found.words, found.confidence),
+            _ => found.words.clone(),
         };
         Self { kind, frames: [found.first, last], words }
     }
@@ -107,7 +112,12 @@ impl Event {
         }
     }
 
-    /// Whether it takes as long as a take of so many frames. Nothing leads to such an event.
+    /// Whether the keys lead to it, in a take of so many frames. They pass over the many gaps.
+    fn is_led_to(&self, frames: usize) -> bool {
+        self.kind != EventKind::Gap && !self.is_whole(frames)
+    }
+
+    /// Whether it takes as long as a take of so many frames.
     pub(crate) fn is_whole(&self, frames: usize) -> bool {
         self.frames[0] == 0 && self.frames[1] + 1 >= frames
     }
@@ -117,7 +127,11 @@ impl Event {
 pub(crate) fn of(document: &Document) -> Vec<Event> {
     let mut events = Vec::new();
     for found in document.findings() {
-        let kind = found.problem.map_or(EventKind::Found, EventKind::Wrong);
+        let kind = match found.problem {
+            Some(problem) => EventKind::Wrong(problem),
+            None if found.is_filled_gap => EventKind::Gap,
+            None => EventKind::Found,
+        };
         events.push(Event::new(found, kind));
     }
     for edit in document.edit_spans() {
@@ -165,7 +179,7 @@ pub(crate) fn doubts(take: &Take, columns: &[usize]) -> Vec<TimelineEvent> {
 pub(crate) fn beside(events: &[Event], transport: &Transport, step: isize) -> Option<usize> {
     let frames = transport.frames();
     let here = transport.frame();
-    let starts = events.iter().filter(|event| !event.is_whole(frames)).map(|event| event.frames[0]);
+    let starts = events.iter().filter(|event| event.is_led_to(frames)).map(|event| event.frames[0]);
     match step > 0 {
         true => starts.filter(|first| *first > here).min(),
         false => starts.filter(|first| *first < here).max(),
@@ -184,12 +198,19 @@ pub(crate) fn in_words<'a>(events: impl Iterator<Item = &'a Event>, frames: usiz
 }
 
 /// The buttons of the events, and what their colours mean.
-pub(crate) fn controls(events: &[Event], is_listed: bool, ui: &mut egui::Ui, wanted: &mut Vec<Command>) {
+pub(crate) fn controls(
+    events: &[Event],
+    frames: usize,
+    is_listed: bool,
+    ui: &mut egui::Ui,
+    wanted: &mut Vec<Command>,
+) {
     if ui.selectable_label(is_listed, format!("Events ({})", events.len())).clicked() {
         wanted.push(Command::Events);
     }
+    let can = events.iter().any(|event| event.is_led_to(frames));
     for (words, step) in [("Event before", -1), ("Event after", 1)] {
-        if ui.add_enabled(!events.is_empty(), egui::Button::new(words)).clicked() {
+        if ui.add_enabled(can, egui::Button::new(words)).clicked() {
             wanted.push(Command::Event(step));
         }
     }
@@ -290,9 +311,10 @@ mod tests {
     }
 
     #[test]
-    fn keys_lead_from_event_to_event_and_past_those_of_the_whole_take() {
+    fn keys_lead_from_event_to_event_and_past_gaps_and_those_of_the_whole_take() {
         let event = |frames| Event { kind: EventKind::Found, frames, words: String::new() };
-        let events = [event([0, 9]), event([2, 3]), event([2, 5]), event([7, 7])];
+        let gap = Event { kind: EventKind::Gap, ..event([4, 5]) };
+        let events = [event([0, 9]), event([2, 3]), event([2, 5]), gap, event([7, 7])];
         let mut transport = Transport::new(&[0., 1., 2., 3., 4., 5., 6., 7., 8., 9.], 1.0);
         let mut way = Vec::new();
         for step in [1, 1, 1, -1, -1] {

@@ -225,12 +225,14 @@ fn take_in(
     let mut clean_up = CleanUp::default();
     clean_up.settings.edits.clone_from(&repairs);
     let read = read_take(path, rig, Missing::Hold, &clean_up, progress)?;
+    let is_filled = |event: &Event| matches!(event.kind, Kind::Spline | Kind::Model | Kind::FilledBefore);
     let words = |event: &Event| {
         let markers = event.marker.into_iter().chain(event.other);
         let names: Vec<&str> =
             markers.filter_map(|marker| rig.handles().labels.get(marker)).map(|label| &**label).collect();
         let names = if names.is_empty() { "head".to_owned() } else { names.join(" and ") };
-        format!("{}: {names}", event.kind.name())
+        let what = if is_filled(event) { "gap filled, " } else { "" };
+        format!("{what}{}: {names}", event.kind.name())
     };
     // What was exchanged by hand is no problem any more.
     let is_by_hand = |event: &Event| {
@@ -243,6 +245,7 @@ fn take_in(
         frames: event.frames.max(1),
         words: words(event),
         confidence: event.confidence,
+        is_filled_gap: is_filled(event),
         problem: ProblemKind::of(event.kind, event.confidence).filter(|_| !is_by_hand(event)),
         handles: event.marker.into_iter().chain(event.other).collect(),
     });

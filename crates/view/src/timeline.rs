@@ -48,7 +48,8 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             return;
         }
         controls(document, ui, &mut wanted);
-        events::controls(&events, are_listed, ui, &mut wanted);
+        let frames = document.transport.frames();
+        events::controls(&events, frames, are_listed, ui, &mut wanted);
     });
     if let Some(scene) = &mut app.scene
         && scene.document.transport.frames() > 1
@@ -211,7 +212,10 @@ fn numbers(document: &Document, ruler: &Ruler, rows: &Rows, ui: &egui::Ui) {
 fn bar(event: &Event, ruler: &Ruler, rows: &Rows) -> Rect {
     let [first, last] = event.frames;
     let (left, right) = (ruler.x(first), ruler.x(last).max(ruler.x(first) + 2.0));
-    Rect::from_x_y_ranges(left - 1.0..=right + 1.0, rows.lane(event).shrink(2.0).y_range())
+    let lane = rows.lane(event).shrink(2.0);
+    // A gap is a thin line, over which all else is seen.
+    let top = if event.kind == EventKind::Gap { lane.bottom() - 2.0 } else { lane.top() };
+    Rect::from_x_y_ranges(left - 1.0..=right + 1.0, top..=lane.bottom())
 }
 
 /// The events that do not last as long as the take. What is in doubt is drawn over what was found.

@@ -131,7 +131,7 @@ fn preparing_skin_is_stopped_by_showing_something_else() {
 }
 
 /// The demo's performance in millimetres, with labels that the rig does not know.
-fn nameless() -> String {
+pub(super) fn nameless() -> String {
     let take = rhytid_demo::performance(&demo().0);
     let (frames, markers) = (take.frames(), take.labels.len());
     let labels: String = (0..markers).map(|j| format!("\tx{j}\t\t")).collect();

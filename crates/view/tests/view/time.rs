@@ -202,6 +202,52 @@ fn events_are_coloured_listed_and_led_to() {
     assert!(view.query_by_label(&words).is_none(), "the key closes the list");
 }
 
+/// A raw take in which one marker is missing for a moment, and another one for long.
+fn gappy(folder: &Folder) -> PathBuf {
+    let mut text = String::new();
+    for line in slow::nameless().lines() {
+        let mut fields: Vec<&str> = line.split('\t').collect();
+        let frame = fields[0].parse::<usize>().unwrap_or_default();
+        // Frames of the file count from 1. Each marker has three fields, behind the frame and the time.
+        for (marker, frames) in [(3, 41..=43), (8, 81..=180)] {
+            if frames.contains(&frame) {
+                fields[2 + 3 * marker..5 + 3 * marker].fill("");
+            }
+        }
+        text += &(fields.join("\t") + "\n");
+    }
+    let path = folder.path("gappy.trc");
+    std::fs::write(&path, text).unwrap();
+    path
+}
+
+#[test]
+fn filled_gaps_are_listed_and_only_a_lost_marker_stands_out() {
+    let folder = Folder::new();
+    let mut view = window([1280.0, 900.0], true);
+    open(&mut view, &[folder.path("FACE.safetensors"), gappy(&folder)]);
+    view.key_press(egui::Key::Space);
+    view.key_press(egui::Key::Home);
+    view.run();
+    let labels = &demo().1.handles().labels;
+    view.get_by_label("gap filled");
+    // Orange where the marker is lost, and nowhere else. The short gap is a thin line.
+    let [a, b] = [80, 179].map(|frame| on_strip(&view, frame).x);
+    let seen = orange(&mut view);
+    assert!(seen.iter().all(|x| (a - 4.0..b + 4.0).contains(&(*x as f32))), "{a} to {b}: {seen:?}");
+    assert!(seen.len() as f32 > b - a - 4.0, "{a} to {b}: {seen:?}");
+    // The keys pass over the short gap. The list has it.
+    view.key_press(egui::Key::PageDown);
+    view.run();
+    assert_eq!(frame(&view), 80);
+    view.key_press(egui::Key::E);
+    view.run();
+    view.get_by_label_contains(&format!("gap filled, spline: {}", labels[3])).click();
+    view.run();
+    assert_eq!(frame(&view), 40);
+    view.get_by_label_contains(&format!("lost: {}", labels[8]));
+}
+
 #[test]
 fn edits_of_a_file_are_events_with_their_frames() {
     let folder = Folder::new();
