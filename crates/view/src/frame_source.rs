@@ -186,8 +186,7 @@ impl FrameSource {
         Ok(())
     }
 
-    /// The effects of edits and pulls. Those of the last frame are kept, since they are the same in all frames
-    /// of a take.
+    /// The effects of edits and pulls. They are the same in all frames of a take, so the last ones are kept.
     fn effects_of(&mut self, edits: &EditedFrame) -> Arc<FrameEdits> {
         if let Some(kept) = &self.effects
             && kept.moved == edits.moved
