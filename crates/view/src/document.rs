@@ -51,7 +51,15 @@ pub struct TimelineEvent {
 impl TimelineEvent {
     /// An event that is no problem and concerns no marker.
     pub fn new(first: usize, frames: usize, words: String) -> Self {
-        Self { first, frames, words, confidence: 1.0, is_filled_gap: false, problem: None, handles: Vec::new() }
+        Self {
+            first,
+            frames,
+            words,
+            confidence: 1.0,
+            is_filled_gap: false,
+            problem: None,
+            handles: Vec::new(),
+        }
     }
 }
 

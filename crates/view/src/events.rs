@@ -88,7 +88,9 @@ impl Event {
     fn new(found: &TimelineEvent, kind: EventKind) -> Self {
         let last = found.first + found.frames.max(1) - 1;
         let words = match kind {
-            EventKind::Wrong(ProblemKind::Gap) => format!("{}, confidence {:.1}", found.words, found.confidence),
+            EventKind::Wrong(ProblemKind::Gap) => {
+                format!("{}, confidence {:.1}", found.words, found.confidence)
+            }
             _ => found.words.clone(),
         };
         Self { kind, frames: [found.first, last], words }

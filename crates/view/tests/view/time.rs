@@ -233,7 +233,7 @@ fn filled_gaps_are_listed_and_only_a_lost_marker_stands_out() {
     view.get_by_label("gap filled");
     // Orange where the marker is lost, and nowhere else. The short gap is a thin line.
     let [a, b] = [80, 179].map(|frame| on_strip(&view, frame).x);
-    let seen = orange(&mut view);
+    let seen = yellow(&mut view);
     assert!(seen.iter().all(|x| (a - 4.0..b + 4.0).contains(&(*x as f32))), "{a} to {b}: {seen:?}");
     assert!(seen.len() as f32 > b - a - 4.0, "{a} to {b}: {seen:?}");
     // The keys pass over the short gap. The list has it.
