@@ -169,13 +169,10 @@ fn folder(path: &Path, name: &str) -> Error {
     let meshes = files.filter(|file| mesh::Format::from_extension(&file.path()).is_ok()).count();
     Error::bad_path(match meshes {
         0 => format!("{name}: is a folder without meshes; open a file"),
-        1 => format!(
-            "{name}: is a folder with 1 mesh; make a project of it with `rhytid new`, and open the project"
-        ),
-        _ => format!(
-            "{name}: is a folder with {meshes} meshes; make a project of them with `rhytid new`, and open the \
-             project"
-        ),
+        1 => format!("{name}: is a folder with 1 mesh; make a project of it, and open the project"),
+        _ => {
+            format!("{name}: is a folder with {meshes} meshes; make a project of them, and open the project")
+        }
     })
 }
 

@@ -81,8 +81,8 @@ fn still(path: &Path, why: Option<Error>) -> Result<OpenMesh> {
     let Shapes { neutral, shapes, space, .. } = mesh::read_file(path, &Selection::default(), true)?;
     let rest: Vec<[f32; 3]> = neutral.positions.iter().map(|p| p.map(|x| x as f32)).collect();
     let mut words = format!(
-        "{name}: is a mesh of {} vertices without markers; to drag it, make a project with `rhytid new` and \
-         open that",
+        "{name}: is a mesh of {} vertices without markers; to drag it, make a project of it and \
+         open the project",
         rest.len()
     );
     match shapes.len() {

@@ -80,7 +80,11 @@ fn a_mesh_is_shown_as_it_is_and_its_markers_are_not_missed() {
     open(&mut view, &[folder.path("neutral.obj")]);
     view.run();
     assert!(document(&view).is_mesh());
-    assert!(said(&view).contains("is a mesh of") && said(&view).contains("rhytid new"), "{}", said(&view));
+    assert!(
+        said(&view).contains("is a mesh of") && said(&view).contains("make a project"),
+        "{}",
+        said(&view)
+    );
     let far = off(&mut view, &rig.handles().rest);
     assert!(far < 0.002, "{far} of the pixels differ, or have dots of markers");
 
@@ -182,7 +186,11 @@ fn shapes_foreign_files_and_folders_have_a_next_step() {
     ] {
         open(&mut view, &[folder.path(name)]);
         view.run();
-        assert!(said(&view).contains(words) && said(&view).contains("rhytid new"), "{name}: {}", said(&view));
+        assert!(
+            said(&view).contains(words) && said(&view).contains("make a project"),
+            "{name}: {}",
+            said(&view)
+        );
         assert_eq!(document(&view).rig.vertices(), surface.rest.len());
         assert!(!document(&view).transport.playing);
     }
@@ -191,6 +199,9 @@ fn shapes_foreign_files_and_folders_have_a_next_step() {
     mesh::write_obj(&scans.join("neutral.obj"), &face.neutral).unwrap();
     open(&mut view, &[scans]);
     let (said, is_error) = view.state().note().unwrap();
-    assert!(is_error && said.contains("is a folder with 1 mesh;") && said.contains("rhytid new"), "{said}");
+    assert!(
+        is_error && said.contains("is a folder with 1 mesh;") && said.contains("make a project"),
+        "{said}"
+    );
     assert!(document(&view).is_mesh(), "what was open stays");
 }
