@@ -104,9 +104,16 @@ impl Source {
         String::from_utf8_lossy(&text).lines().any(names_neutral)
     }
 
-    /// Reads the file. A take is read for `rig`, edits for `take`.
+    /// Reads the file. A take is read for `rig`, edits for `take`. `with_rig` says whether a rig is opened
+    /// with the file.
     #[cfg_attr(target_arch = "wasm32", expect(unused_variables, reason = "pages open no edits"))]
-    fn read(&self, rig: Option<&Rig>, take: Option<&Take>, progress: &dyn Progress) -> Result<Opened> {
+    fn read(
+        &self,
+        rig: Option<&Rig>,
+        take: Option<&Take>,
+        with_rig: bool,
+        progress: &dyn Progress,
+    ) -> Result<Opened> {
         let (path, name) = (&*self.path, self.name());
         #[cfg(target_arch = "wasm32")]
         if self.ends_in("toml") {
@@ -142,7 +149,8 @@ impl Source {
         if let (Some(rig), true) = (rig, self.ends_in("ply")) {
             return Ok(Opened::Numbers(mesh::read_numbers(path, rig.vertices())?));
         }
-        if self.is_mesh() {
+        // Of a rig and a mesh that are opened together, the rig is shown.
+        if self.is_mesh() && !with_rig {
             return Ok(Opened::Mesh(open_mesh::read(path, progress)?));
         }
         let rig = rig.ok_or_else(|| self.no_rig())?;
@@ -295,8 +303,9 @@ fn read(
         return Err(companion.no_rig());
     }
     let needs_take = sources.iter().any(Source::is_edits);
+    let with_rig = sources.iter().any(|source| source.is_rig() || source.is_project());
     for source in &sources {
-        let found = source.read(rig.as_deref(), take.as_ref(), progress)?;
+        let found = source.read(rig.as_deref(), take.as_ref(), with_rig, progress)?;
         if progress.cancelled() {
             return Err(Error::Cancelled);
         }

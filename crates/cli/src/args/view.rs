@@ -8,7 +8,7 @@ use std::path::PathBuf;
 /// `rhytid view`
 #[derive(Debug, clap::Args)]
 pub(crate) struct View {
-    /// The rig file that `solve` wrote; without one the window is empty.
+    /// The rig file that `solve` wrote, or a mesh or an animation; without one the window is empty.
     pub rig: Option<PathBuf>,
 
     /// A take for it, as for `animate`.

@@ -15,7 +15,8 @@ use rhytid::{DeviceErrorKind, Error, Result};
 /// shown in the window.
 pub(super) fn run(args: &args::View) -> Result<()> {
     if let Some(rig) = &args.rig {
-        inputs::expect(rig, &[FileKind::Rig], "rhytid view RIG [TAKE]")?;
+        let kinds = [FileKind::Rig, FileKind::Mesh, FileKind::Gltf, FileKind::Usd];
+        inputs::expect(rig, &kinds, "rhytid view RIG [TAKE]")?;
     }
     if let (Some(rig), Some(take)) = (&args.rig, &args.take) {
         inputs::rig_and_take(rig, take, "rhytid view RIG TAKE")?;

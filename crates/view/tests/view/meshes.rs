@@ -86,7 +86,7 @@ fn a_mesh_is_shown_as_it_is_and_its_markers_are_not_missed() {
         said(&view)
     );
     let far = off(&mut view, &rig.handles().rest);
-    assert!(far < 0.002, "{far} of the pixels differ, or have dots of markers");
+    assert!(far < 5e-5, "{far} of the pixels differ, or have the dot of a marker");
 
     // Markers can be neither selected nor dragged, and the panel says why.
     view.get_by_label_contains("no markers");

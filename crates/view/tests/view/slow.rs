@@ -206,7 +206,6 @@ fn a_file_of_another_kind_is_named() {
     let mut view = window([900.0, 700.0], true);
     for (name, words) in [
         ("take.csv", "take.csv: is a take, expected a rig; open a rig first"),
-        ("neutral.obj", "neutral.obj: is a mesh, expected a rig"),
         ("nowhere.csv", "nowhere.csv: no such file"),
     ] {
         open(&mut view, &[folder.path(name)]);
