@@ -66,7 +66,7 @@ fn takes_of_every_kind_are_read_and_cleaned_as_the_program_does() {
     let mut steps = Vec::new();
     let mut expected = Vec::new();
     for (i, file) in files.iter().enumerate() {
-        let take = read_take(file, rig, Missing::Hold, &CleanUp::default(), &NoProgress).unwrap();
+        let take = read_take(file, rig, Missing::Hold, &CleanUp::default(), &NoProgress).unwrap().take;
         steps.extend([
             evaluate(&format!("began {i}"), "performance.now()"),
             choose(&[file]),
