@@ -54,8 +54,8 @@ pub fn gross_strain(take: &Take, rig: &Rig) -> Option<GrossStrain> {
     Some(GrossStrain { frame, labels, strain: strain(frame), frames: frames.len() })
 }
 
-/// The stretches of a take in which skin is strained beyond the limits of [`gross_strain`]. `None` if the take
-/// lacks a handle of the rig.
+/// The stretches of a take in which skin is strained beyond the limits of [`gross_strain`]. `None` if the
+/// take lacks a handle of the rig.
 pub fn gross_strain_events(take: &Take, rig: &Rig) -> Option<Vec<Event>> {
     let columns = columns(take, rig)?;
     let at = |h: usize, f: usize| DVec3::from_array(take.positions[f * take.labels.len() + columns[h]]);

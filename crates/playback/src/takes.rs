@@ -49,8 +49,8 @@ pub struct ReadTake {
 ///
 /// # Errors
 /// As reading, and as [`clean`]; [`Error::Input`] if the clean-up leaves gaps. For a clean take,
-/// [`Error::Input`] if it is recognisably in another space than the rig. For curves, [`Error::Input`] if there
-/// are no shapes, or none of the curves' names.
+/// [`Error::Input`] if it is recognisably in another space than the rig. For curves, [`Error::Input`] if
+/// there are no shapes, or none of the curves' names.
 pub fn read_take(
     path: &Path,
     rig: &Rig,

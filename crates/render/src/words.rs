@@ -55,8 +55,8 @@ impl Picture {
         write([x, y], colour);
     }
 
-    /// Draws the colours of `heat` as a bar with its numbers below, and `title` with its unit above. All of it
-    /// has [`LEGEND`] pixels times `scale`. The ends say that what is beyond them has the same colour.
+    /// Draws the colours of `heat` as a bar with its numbers below, and `title` with its unit above. All of
+    /// it has [`LEGEND`] pixels times `scale`. The ends say that what is beyond them has the same colour.
     pub fn legend(&mut self, heat: Heat, title: &str, at: [u32; 2], colour: [u8; 3], scale: u32) {
         let ([width, height], line) = (LEGEND.map(|n| n * scale), LINE * scale);
         let [low, high] = heat.range();

@@ -57,8 +57,9 @@ impl Default for TakeOptions<'_> {
 /// cleaned. What is likely wrong is a warning of `options.progress`.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) for a fault in the file, for missing markers, for a clean take that is
-/// plainly in another unit or with other axes, or for gaps that the clean-up leaves. [`Error::Io`](crate::Error::Io).
+/// [`Error::Input`](crate::Error::Input) for a fault in the file, for missing markers, for a clean take that
+/// is plainly in another unit or with other axes, or for gaps that the clean-up leaves.
+/// [`Error::Io`](crate::Error::Io).
 #[cfg(feature = "playback")]
 pub fn open_take(path: impl AsRef<Path>, rig: &Rig, options: &TakeOptions<'_>) -> Result<rhytid_core::Take> {
     let TakeOptions { missing, clean_up, progress } = options;

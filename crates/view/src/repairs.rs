@@ -1,5 +1,5 @@
-//! Repairs of a take by hand: labels are exchanged, and positions are dropped or held, in the range of the time
-//! line. The take is then read again, as `rhytid prepare` reads it with the same repairs.
+//! Repairs of a take by hand: labels are exchanged, and positions are dropped or held, in the range of the
+//! time line. The take is then read again, as the clean-up reads it with the same repairs.
 
 use crate::app::ViewApp;
 use crate::open;
@@ -75,7 +75,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
     }
 }
 
-/// A repair as `rhytid prepare` takes it.
+/// A repair in the words of the clean-up's options.
 fn in_words(repair: &Edit) -> String {
     match repair {
         Edit::Swap([a, b], frames) => format!("swap {a},{b}:{}..{}", frames.start, frames.end),

@@ -35,7 +35,7 @@ pub(super) fn run(args: &args::Handles, ui: &Ui) -> Result<()> {
     let face = ui.timed("read", || project::load_without_handles(&project, &args.project, reach)).0?;
     let avatar = avatar(args, &project, face.up_axis)?;
     let place = || match &args.take {
-        Some(take) => at_markers(face, &avatar, take, args.unit.map(UnitChoice::metres), &args.placement),
+        Some(take) => at_markers(face, &avatar, take, args.unit.map(UnitChoice::metres), &args.placement, ui),
         None => spread(face, &avatar, args.count.unwrap_or_default() as usize, &args.placement),
     };
     let placed = ui.timed("place", place).0?;

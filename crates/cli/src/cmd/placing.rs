@@ -134,6 +134,7 @@ pub(super) fn at_markers(
     take: &Path,
     metres: Option<f64>,
     options: &Placement,
+    ui: &Ui,
 ) -> Result<Placed> {
     let raw = raw_take::read(take, options.rate)?;
     let mut best: Option<(Head, PlacedHandles)> = None;
@@ -160,6 +161,7 @@ pub(super) fn at_markers(
                     best = Some((head, found));
                 }
             }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
                 fault.get_or_insert(error.in_file(take.display()));
             }

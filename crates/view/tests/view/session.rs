@@ -1,5 +1,5 @@
-//! A first session, as docs/viewing.md describes it: open, find exchanged labels, repair them, pull a brow for
-//! a second, and export a film.
+//! A first session, as docs/viewing.md describes it: open, find exchanged labels, repair them, pull a brow,
+//! and export a film.
 
 use super::*;
 use crate::repairs::{LABELS, exchanged, wait};

@@ -20,11 +20,11 @@ const HANDLES: usize = 90;
 pub(super) fn find_handles(face: Face, avatar: &Avatar, args: &args::New, ui: &Ui) -> Result<Placed> {
     let options = &args.placement;
     if let Some(take) = &args.take {
-        return at_markers(face, avatar, take, None, options);
+        return at_markers(face, avatar, take, None, options, ui);
     }
     let mut unfit: Vec<Placed> = Vec::new();
     for take in takes_beside(&args.neutral) {
-        match at_markers(face.clone(), avatar, &take, None, options) {
+        match at_markers(face.clone(), avatar, &take, None, options, ui) {
             Err(error @ Error::Input(_)) => ui.line(&format!(
                 "warning: {}: is passed over, since it is no take of this face ({error}); name a take with --take",
                 take.display()
