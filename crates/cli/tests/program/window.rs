@@ -75,7 +75,7 @@ impl Display {
         view.env("MESA_SHADER_CACHE_DIR", env!("CARGO_TARGET_TMPDIR"));
         let child = view.stderr(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
         // Without a window manager nothing else gives the window the keys.
-        wait("the window", || self.act("search --onlyvisible --name ^Rhytid$ windowfocus"));
+        wait("the window", || self.act("search --onlyvisible --name Rhytid$ windowfocus"));
         child
     }
 
