@@ -20,7 +20,7 @@ impl ViewApp {
             return;
         }
         #[cfg(not(target_arch = "wasm32"))]
-        if self.has_unsaved_pulls() && sources.iter().any(Source::brings_a_rig) {
+        if self.has_unsaved_pulls() && sources.iter().any(Source::takes_the_rigs_place) {
             self.leaving = Some(crate::leaving::Leaving::Open(sources));
             return;
         }

@@ -71,10 +71,10 @@ impl Source {
         self.ends_in("safetensors")
     }
 
-    /// Whether it takes the place of the open rig.
+    /// Whether it takes the place of the open rig. A PLY file has numbers for it.
     #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn brings_a_rig(&self) -> bool {
-        self.is_rig() || self.is_project()
+    pub(crate) fn takes_the_rigs_place(&self) -> bool {
+        self.is_rig() || self.is_project() || (self.is_mesh() && !self.ends_in("ply"))
     }
 
     /// Whether the name is that of a mesh or of an animation.

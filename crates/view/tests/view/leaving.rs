@@ -127,3 +127,17 @@ fn another_rig_is_opened_after_the_answer() {
     assert!(!is_asked(&view));
     assert_eq!(document(&view).pose().pulls.len(), 1);
 }
+
+#[test]
+fn a_mesh_in_the_place_of_the_rig_asks_too() {
+    let folder = Folder::new();
+    let mut view = pulled(&folder);
+    let mesh = document(&view).frame_as_mesh(demo().1.surface().rest.as_flattened());
+    rhytid_formats::mesh::write_obj(&folder.path("other.obj"), &mesh).unwrap();
+    view.state_mut().open_paths(&[folder.path("other.obj")]);
+    view.run_steps(3);
+    assert!(is_asked(&view));
+    answer(&mut view, "Cancel");
+    view.run_steps(3);
+    assert!(!is_asked(&view) && !document(&view).is_mesh() && !document(&view).pose().pulls.is_empty());
+}
