@@ -82,5 +82,5 @@ pub use selection::{FrameRange, Selection, uneven_step};
 pub use shape_set::read_shape_set;
 pub use shapes::handle_shapes;
 pub use stages::finishes_frames_on_host;
-pub use takes::{CleanUp, ReadTake, read_raw_take, read_take, shapes_hash};
+pub use takes::{CleanUp, ReadTake, read_raw_take, read_take, shapes_hash, space_of_take};
 pub use verify::{ChannelDifference, Verified, verify};

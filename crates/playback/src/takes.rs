@@ -3,9 +3,10 @@
 
 use crate::{curve_take, fit, named_shapes};
 use rhytid_capture::{
-    self as capture, Cleaned, Edit, Event, Match, Settings, Step, TakeSpace, Target, clean, match_by_position,
+    self as capture, Cleaned, Edit, Event, Match, Misfit, Settings, Step, TakeSpace, Target, clean,
+    match_by_position, misfit,
 };
-use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
+use rhytid_core::{Error, NoProgress, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
 use rhytid_formats::raw_take::{self, Contents};
 use rhytid_formats::take;
 use rhytid_formats::take::Missing;
@@ -105,6 +106,18 @@ pub fn read_take(
         fit::noise(&take, rig).into_iter().for_each(warn);
     }
     Ok(ReadTake { take, events })
+}
+
+/// The space in which a clean take would fit `rig`. `None` if it fits as it is, or in no space.
+///
+/// # Errors
+/// As reading.
+pub fn space_of_take(path: &Path, rig: &Rig, missing: Missing) -> Result<Option<TakeSpace>> {
+    let take = clean_take(path, rig, missing, &NoProgress)?;
+    Ok(match misfit(&take, &Target::from_rig(rig)) {
+        Some(Misfit::Space(space)) => Some(space),
+        _ => None,
+    })
 }
 
 /// A clean take, with the handles filled in that it lacks.

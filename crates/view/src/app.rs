@@ -11,7 +11,7 @@ use crate::gpu::Gpu;
 use crate::leaving::Leaving;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::live::{Listen, Live};
-use crate::open::Opening;
+use crate::open::{Elsewhere, Opening};
 use crate::orbit::Orbit;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::recent::Recent;
@@ -49,6 +49,8 @@ pub struct ViewApp {
     pub(crate) scene: Option<Scene>,
     pub(crate) settings: Settings,
     pub(crate) note: Option<Note>,
+    /// A take that was not opened, since it is in another space.
+    pub(crate) elsewhere: Option<Elsewhere>,
     /// What is likely wrong with the files that were opened last.
     pub(crate) warnings: Vec<String>,
     /// Whether the window waits for each picture, which is drawn in full.
@@ -124,6 +126,7 @@ impl ViewApp {
             scene: None,
             settings: Settings::default(),
             note: None,
+            elsewhere: None,
             warnings: Vec::new(),
             whole_pictures: false,
             began: Instant::now(),

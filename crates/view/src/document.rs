@@ -15,7 +15,7 @@ use crate::soft_selection::SoftSelection;
 use crate::transport::Transport;
 use glam::Vec3;
 use pulled::DragStart;
-use rhytid_capture::{Edit, StrainLimit, Target};
+use rhytid_capture::{Edit, StrainLimit, TakeSpace, Target};
 use rhytid_core::{Error, Mesh, Result, Rig, Take};
 use rhytid_formats::mesh::Numbers;
 use std::sync::Arc;
@@ -72,8 +72,17 @@ pub struct OpenTake {
     pub take: Take,
     /// What was found in it: by the clean-up, or strains of a clean take.
     pub incidents: Vec<TimelineEvent>,
-    /// The repairs by hand that were made when it was read.
+    /// How it was read.
+    pub reading: Reading,
+}
+
+/// What the user said of a take before it was read.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Reading {
+    /// The repairs by hand.
     pub repairs: Vec<Edit>,
+    /// The unit and axes of a clean take that is not in the rig's space.
+    pub space: Option<TakeSpace>,
 }
 
 /// A rig, a take on it, and the pose.
@@ -438,7 +447,9 @@ mod tests {
         let mut document = Document::new(Arc::new(rig), "demo");
         let take = rhytid_demo::performance(&face);
         let incidents = Vec::new();
-        document.set_take(OpenTake { name: "take".into(), take, incidents, repairs: vec![] }).unwrap();
+        document
+            .set_take(OpenTake { name: "take".into(), take, incidents, reading: Reading::default() })
+            .unwrap();
         document
     }
 
@@ -486,8 +497,12 @@ mod tests {
         let mut document = document();
         let mut take = document.take().unwrap().take.clone();
         take.labels[0] = "other".into();
-        let error =
-            document.set_take(OpenTake { name: "t.csv".into(), take, incidents: vec![], repairs: vec![] });
+        let error = document.set_take(OpenTake {
+            name: "t.csv".into(),
+            take,
+            incidents: vec![],
+            reading: Reading::default(),
+        });
         let error = error.unwrap_err().to_string();
         assert!(error.contains("t.csv: the take lacks 1 of the rig's"), "{error}");
         assert!(document.take().is_some(), "the one before stays");

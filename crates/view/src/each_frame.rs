@@ -144,8 +144,10 @@ impl ViewApp {
         let Some(note) = self.note.clone() else { return };
         ui.horizontal_wrapped(|ui| {
             if ui.button("Close").clicked() {
-                self.note = None;
+                (self.note, self.elsewhere) = (None, None);
             }
+            #[cfg(not(target_arch = "wasm32"))]
+            self.offer_space(ui);
             let words = egui::RichText::new(&note.words);
             let error = ui.visuals().error_fg_color;
             ui.label(if note.is_error { words.color(error) } else { words });

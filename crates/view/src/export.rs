@@ -12,12 +12,13 @@ use crate::settings::Show;
 use crate::studio::Studio;
 use crate::work::{DeviceTask, Next, Task, Work};
 use rhytid_backend_cpu::Cpu;
+use rhytid_capture::TakeSpace;
 use rhytid_core::{
     AtomicFile, Backend, ChannelKind, DeviceInfo, Error, Missing, NoProgress, Progress, Reach, Result, Rig,
     Take, rig_file,
 };
 use rhytid_formats::animation::Format;
-use rhytid_formats::export::{Options, Recipe};
+use rhytid_formats::export::{Options, Recipe, Treatment};
 use rhytid_playback::{Layers, Performance};
 use rhytid_render::{AnimatedImage, AnimatedImageFormat};
 use std::path::{Path, PathBuf};
@@ -117,6 +118,8 @@ struct TakeJob {
     take: Take,
     /// The name of the take.
     name: String,
+    /// The space that it was read in, if it was another than the rig's.
+    space: Option<TakeSpace>,
     /// The text of the edits and pulls, and the file that its paths are relative to.
     edits: Option<(String, PathBuf)>,
     frames: [usize; 2],
@@ -133,6 +136,7 @@ impl TakeJob {
             rig: document.rig.clone(),
             take: open.take.clone(),
             name: stem.to_string_lossy().into_owned(),
+            space: open.reading.space,
             edits: save::edits_of(document)?,
             frames: document.transport.range(),
             device,
@@ -153,6 +157,11 @@ impl TakeJob {
             missing: Missing::Hold,
             edit: layers.as_ref().map(|layers| layers.text().to_owned()),
             edit_hash: layers.as_ref().map(|layers| layers.hash().to_owned()),
+            treatment: Treatment {
+                metres_per_unit: self.space.map(|space| space.metres_per_unit),
+                axes: self.space.map(|space| space.axes.to_string()),
+                ..Treatment::default()
+            },
             ..Recipe::default()
         };
         let lacks = |kind: &ChannelKind| kind.is_default() && !format.carries(*kind);

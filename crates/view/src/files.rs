@@ -1,6 +1,6 @@
 //! The files that the user opens.
 
-use crate::app::ViewApp;
+use crate::app::{Note, ViewApp};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::dialog;
 use crate::document::Document;
@@ -30,6 +30,7 @@ impl ViewApp {
         let take = document.and_then(Document::take).filter(|_| sources.iter().any(Source::is_edits));
         let take = take.map(|open| open.take.clone());
         self.warnings.clear();
+        self.elsewhere = None;
         self.opening = Some(open::begin(sources, rig, take, &self.context));
     }
 
@@ -140,6 +141,10 @@ impl ViewApp {
                     scene.document.transport.playing |= !is_open;
                     self.note = None;
                 }
+            }
+            Opened::Elsewhere(elsewhere) => {
+                self.note = Some(Note { words: elsewhere.words.clone(), is_error: true });
+                self.elsewhere = Some(elsewhere);
             }
             Opened::Numbers(numbers) => {
                 if let (Some(scene), Some((_, first))) = (&mut self.scene, numbers.first()) {

@@ -90,7 +90,7 @@ mod work;
 mod world;
 
 pub use app::ViewApp;
-pub use document::{Document, NewPulls, OpenTake, Pose, TimelineEvent};
+pub use document::{Document, NewPulls, OpenTake, Pose, Reading, TimelineEvent};
 pub use history::History;
 #[cfg(target_arch = "wasm32")]
 pub use inbox::{Inbox, Read};

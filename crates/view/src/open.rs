@@ -1,6 +1,6 @@
 //! Files that are opened: a rig or a take. Their contents tell which.
 
-use crate::document::{OpenTake, TimelineEvent};
+use crate::document::{OpenTake, Reading, TimelineEvent};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::edits::OpenEdits;
 use crate::open_mesh::{self, OpenMesh};
@@ -9,11 +9,12 @@ use crate::problems::ProblemKind;
 use crate::same::Same;
 use crate::work::Task;
 use eframe::egui;
-use rhytid_capture::{Edit, Event, Kind};
-use rhytid_core::{Error, Progress, Result, Rig, Take, input_file, rig_file};
+use rhytid_capture::{Edit, Event, Kind, TakeSpace};
+use rhytid_core::{Error, Progress, Remedy, Result, Rig, Take, input_file, rig_file};
 use rhytid_formats::FileKind;
 use rhytid_formats::mesh::{self, Numbers};
 use rhytid_formats::take::Missing;
+use rhytid_playback::{CleanUp, read_take, space_of_take};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -24,10 +25,23 @@ pub(crate) enum Opened {
     /// A mesh without a rig.
     Mesh(OpenMesh),
     Take(OpenTake),
+    /// A take that was not opened, since it is in another space.
+    Elsewhere(Elsewhere),
     /// Numbers at the rig's vertices.
     Numbers(Vec<Numbers>),
     #[cfg(not(target_arch = "wasm32"))]
     Edits(OpenEdits),
+}
+
+/// A take that would fit the rig in another unit or with other axes.
+#[derive(Debug)]
+#[cfg_attr(target_arch = "wasm32", expect(dead_code, reason = "a page reads no file twice"))]
+pub(crate) struct Elsewhere {
+    /// The name of the file.
+    pub name: String,
+    pub space: TakeSpace,
+    /// Why it was not opened.
+    pub words: String,
 }
 
 /// The source of a file.
@@ -154,7 +168,7 @@ impl Source {
             return Ok(Opened::Mesh(open_mesh::read(path, progress)?));
         }
         let rig = rig.ok_or_else(|| self.no_rig())?;
-        take_in(path, rig, name, Vec::new(), progress)
+        take_in(path, rig, name, Reading::default(), progress)
     }
 
     /// The reason why nothing but a rig can be opened.
@@ -222,14 +236,16 @@ fn take_in(
     path: &Path,
     rig: &Rig,
     name: String,
-    repairs: Vec<Edit>,
+    reading: Reading,
     progress: &dyn Progress,
 ) -> Result<Opened> {
-    use rhytid_playback::{CleanUp, read_take};
     FileKind::expect(path, &[FileKind::Take, FileKind::RawTake, FileKind::Curves])?;
-    let mut clean_up = CleanUp::default();
-    clean_up.settings.edits.clone_from(&repairs);
-    let read = read_take(path, rig, Missing::Hold, &clean_up, progress)?;
+    let mut clean_up = CleanUp { space: reading.space, ..CleanUp::default() };
+    clean_up.settings.edits.clone_from(&reading.repairs);
+    let read = match read_take(path, rig, Missing::Hold, &clean_up, progress) {
+        Err(error) => return elsewhere(path, rig, name, error),
+        Ok(read) => read,
+    };
     let is_filled = |event: &Event| matches!(event.kind, Kind::Spline | Kind::Model | Kind::FilledBefore);
     let words = |event: &Event| {
         let markers = event.marker.into_iter().chain(event.other);
@@ -243,7 +259,7 @@ fn take_in(
     let is_by_hand = |event: &Event| {
         let frames = event.first..event.first + event.frames;
         let is_it = |repair: &Edit| matches!(repair, Edit::Swap(_, there) if *there == frames);
-        event.kind == Kind::Swap && repairs.iter().any(is_it)
+        event.kind == Kind::Swap && reading.repairs.iter().any(is_it)
     };
     let incidents = read.events.iter().map(|event| TimelineEvent {
         first: event.first,
@@ -255,7 +271,7 @@ fn take_in(
         handles: event.marker.into_iter().chain(event.other).collect(),
     });
     let incidents = incidents.collect();
-    Ok(Opened::Take(OpenTake { name, incidents, take: read.take, repairs }))
+    Ok(Opened::Take(OpenTake { name, incidents, take: read.take, reading }))
 }
 
 /// Files that are being read. Each is handed over as soon as it has been read.
@@ -277,16 +293,19 @@ pub(crate) fn begin(
     })
 }
 
-/// Begins to read the take in a file again, with these repairs by hand.
+/// A take that fits in another space, or else the `error`.
+fn elsewhere(path: &Path, rig: &Rig, name: String, error: Error) -> Result<Opened> {
+    let has_space =
+        matches!(&error, Error::Input(input) if input.remedies().contains(&Remedy::GiveTakeSpace));
+    let space = if has_space { space_of_take(path, rig, Missing::Hold)? } else { None };
+    space.map(|space| Opened::Elsewhere(Elsewhere { name, space, words: error.to_string() })).ok_or(error)
+}
+
+/// Begins to read the take in a file again, in another way.
 #[cfg(not(target_arch = "wasm32"))]
-pub(crate) fn begin_again(
-    name: String,
-    rig: Arc<Rig>,
-    repairs: Vec<Edit>,
-    context: &egui::Context,
-) -> Opening {
-    Task::new(format!("reading {name} with repairs"), context, move |work, give| {
-        give(take_in(Path::new(&name), &rig, name.clone(), repairs, work));
+pub(crate) fn begin_again(name: String, rig: Arc<Rig>, reading: Reading, context: &egui::Context) -> Opening {
+    Task::new(format!("reading {name} again"), context, move |work, give| {
+        give(take_in(Path::new(&name), &rig, name.clone(), reading, work));
     })
 }
 
@@ -313,7 +332,7 @@ fn read(
             Opened::Rig(found, _) => (rig, take) = (Some(found.clone()), None),
             Opened::Take(found) if needs_take => take = Some(found.take.clone()),
             Opened::Mesh(_) => (rig, take) = (None, None),
-            Opened::Take(_) | Opened::Numbers(_) => {}
+            Opened::Take(_) | Opened::Elsewhere(_) | Opened::Numbers(_) => {}
             #[cfg(not(target_arch = "wasm32"))]
             Opened::Edits(_) => {}
         }

@@ -1,11 +1,13 @@
 //! Repairs of a take by hand: labels are exchanged, and positions are dropped or held, in the range of the
-//! time line. The take is then read again, as the clean-up reads it with the same repairs.
+//! time line. The take is then read again, as the clean-up reads it with the same repairs. A take in another
+//! space is read again in that space.
 
 use crate::app::ViewApp;
-use crate::open;
+use crate::document::Reading;
+use crate::open::{self, Elsewhere};
 use crate::save::free;
 use eframe::egui;
-use rhytid_capture::Edit;
+use rhytid_capture::{Axes, Edit};
 use rhytid_core::{Error, Result};
 use rhytid_formats::take;
 use std::path::PathBuf;
@@ -46,7 +48,7 @@ pub(crate) fn show(app: &mut ViewApp, ui: &mut egui::Ui) {
             }
         }
     });
-    let mut repairs = open.repairs.clone();
+    let mut repairs = open.reading.repairs.clone();
     let mut deleted = None;
     for (i, repair) in repairs.iter().enumerate() {
         ui.horizontal(|ui| {
@@ -88,10 +90,30 @@ impl ViewApp {
     /// Begins to read the open take again, with these repairs in place of those before.
     fn repair(&mut self, repairs: Vec<Edit>) {
         let Some(document) = self.document() else { return };
-        let Some(name) = document.take().map(|open| open.name.clone()) else { return };
+        let Some(open) = document.take() else { return };
+        let reading = Reading { repairs, space: open.reading.space };
+        self.read_again(open.name.clone(), reading);
+    }
+
+    /// Begins to read a take in another way.
+    fn read_again(&mut self, name: String, reading: Reading) {
+        let Some(document) = self.document() else { return };
         let rig = document.rig.clone();
         self.warnings.clear();
-        self.opening = Some(open::begin_again(name, rig, repairs, &self.context));
+        (self.note, self.elsewhere) = (None, None);
+        self.opening = Some(open::begin_again(name, rig, reading, &self.context));
+    }
+
+    /// The button that reads a take in the space in which it fits.
+    pub(crate) fn offer_space(&mut self, ui: &mut egui::Ui) {
+        let Some(Elsewhere { name, space, .. }) = &self.elsewhere else { return };
+        let unit =
+            space.unit().map_or_else(|| format!("units of {} m", space.metres_per_unit), str::to_owned);
+        let axes = if space.axes == Axes::SAME { String::new() } else { format!(" with {}", space.axes) };
+        if ui.button(format!("Read it in {unit}{axes}")).clicked() {
+            let reading = Reading { space: Some(*space), ..Reading::default() };
+            self.read_again(name.clone(), reading);
+        }
     }
 
     /// Writes the repaired take, without pulls and edits, beside the rig's file.

@@ -202,6 +202,18 @@ fn a_take_in_another_unit_is_refused_and_a_noisy_one_is_warned_of() {
     assert!(is_error && words.contains("metres.csv: no frame is near the rest pose"), "{words}");
     assert!(words.contains(" in m"), "{words}");
     assert_eq!(document(&view).take().unwrap().take, take, "the take before stays");
+    // A button reads it as it was meant.
+    view.run();
+    view.get_by_label("Read it in m").click();
+    view.step();
+    while view.state().is_opening() {
+        view.step();
+    }
+    assert_eq!(view.state().note(), None);
+    let read = document(&view).take().unwrap();
+    assert!(read.name.ends_with("metres.csv"));
+    let pairs = read.take.positions.as_flattened().iter().zip(take.positions.as_flattened());
+    assert!(pairs.clone().all(|(a, b)| (a - b).abs() < 1e-5), "its metres are the rig's centimetres");
     // Half a millimetre up and down in every frame.
     let mut noisy = take;
     for (i, x) in noisy.positions.iter_mut().flatten().enumerate() {
