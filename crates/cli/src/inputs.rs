@@ -159,7 +159,9 @@ pub(crate) fn take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Re
         }
         _ => {}
     }
-    let mut clean_up = known.clean_up()?;
+    // What a setup says about a clean take is the gains of its wrinkles alone.
+    let mut clean_up =
+        if contents == Contents::Raw { known.clean_up()? } else { playback::CleanUp::default() };
     clean_up.settings.force |= force;
     clean_up.soft_markers = *soft_markers;
     if contents != Contents::Raw {
