@@ -239,12 +239,8 @@ impl Document {
         self.shown_edits().map(|edits| &*edits.layers)
     }
 
-    /// The effects of edits on the frame that is shown, apart from moves of handles.
-    pub(crate) fn frame_edits(&self) -> Option<EditedFrame> {
-        self.frame_edits_at(self.transport.frame())
-    }
-
-    /// The same of another frame. Live frames and a face without a take follow pulls as a whole.
+    /// The effects of edits on a frame, apart from moves of handles. Live frames and a face without a take
+    /// follow pulls as a whole.
     pub(crate) fn frame_edits_at(&self, frame: usize) -> Option<EditedFrame> {
         let time = self.take.as_ref().filter(|_| !self.is_live())?.take.times.get(frame).copied()?;
         let edits = self.shown_edits();
@@ -333,9 +329,14 @@ impl Document {
     /// What is wrong with the markers in the frame that is shown: what the clean-up found there, and strains
     /// that no skin has.
     pub fn problems(&self) -> Vec<Problem> {
-        let (frame, labels) = (self.transport.frame(), &self.rig.handles().labels);
-        let mut problems =
-            strains(&self.strain_limits, &self.handles(true), &self.rig.handles().rest, labels);
+        self.problems_at(self.transport.frame())
+    }
+
+    /// The same in another frame.
+    pub(crate) fn problems_at(&self, frame: usize) -> Vec<Problem> {
+        let handles = self.handles_at(frame, true);
+        let labels = &self.rig.handles().labels;
+        let mut problems = strains(&self.strain_limits, &handles, &self.rig.handles().rest, labels);
         for incident in self.findings().filter(|_| !self.is_live()) {
             let is_here = (incident.first..incident.first + incident.frames).contains(&frame);
             // Strains are those of the frame as it is shown, with edits and drags.
@@ -490,6 +491,22 @@ mod tests {
         document.end_drag(false);
         assert_eq!(document.handles(true), document.handles(false));
         assert_eq!(document.can_undo_and_redo(), [false, false]);
+    }
+
+    #[test]
+    fn each_frame_has_its_own_problems_wherever_the_play_head_is() {
+        let mut document = document();
+        document.new_pulls = NewPulls { when: When::At, ease: [0.0; 2] };
+        document.transport.seek(40);
+        document.begin_drag();
+        document.drag(drag(&[3], 30.0));
+        document.end_drag(true);
+        for head in [40, 80] {
+            document.transport.seek(head);
+            assert!(document.problems_at(40).iter().any(|problem| problem.handles.contains(&3)));
+            assert_eq!(document.problems_at(80), []);
+            assert_eq!(document.problems(), document.problems_at(head));
+        }
     }
 
     #[test]

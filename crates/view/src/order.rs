@@ -1,9 +1,10 @@
 //! What a picture is to show.
 
+use crate::document::Document;
 use crate::edits::EditedFrame;
 use crate::problems::Problem;
 use crate::same::Same;
-use crate::settings::Settings;
+use crate::settings::{Before, Settings};
 use rhytid_formats::mesh::Numbers;
 use rhytid_render::{Camera, SkinRenderer};
 
@@ -38,4 +39,18 @@ pub(crate) struct Order {
     pub numbers: Same<Vec<Numbers>>,
     /// `None` while skin is not shown or not prepared.
     pub skin: Option<Same<SkinRenderer>>,
+}
+
+impl Order {
+    /// The same picture of a frame of `document`: everything that depends on the frame.
+    pub(crate) fn of_frame(self, document: &Document, frame: usize) -> Self {
+        Self {
+            frame: if document.is_mesh() { frame } else { 0 },
+            handles: document.handles_at(frame, true),
+            undragged: (self.settings.before == Before::Take).then(|| document.handles_at(frame, false)),
+            edits: document.frame_edits_at(frame),
+            problems: if self.settings.markers { document.problems_at(frame) } else { Vec::new() },
+            ..self
+        }
+    }
 }

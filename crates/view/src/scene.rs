@@ -11,7 +11,7 @@ use crate::painter::{Answer, Done, Job, JobKind, Painted, Painter, Then};
 use crate::pick;
 use crate::same::Same;
 use crate::screen::Screen;
-use crate::settings::{Before, Settings, Show};
+use crate::settings::{Settings, Show};
 use crate::soft_selection::Drag;
 use crate::studio::Studio;
 use crate::work::{DeviceTask, Next, Task, Work};
@@ -225,11 +225,12 @@ impl Scene {
         // These settings do not change a picture.
         let Settings { wipe, reach, mirrored, names, .. } = Settings::default();
         let is_mesh = self.document.is_mesh();
-        Order {
-            frame: if is_mesh { self.document.transport.frame() } else { 0 },
-            handles: self.document.handles(true),
-            undragged: (settings.before == Before::Take).then(|| self.document.handles(false)),
-            edits: self.document.frame_edits(),
+        let order = Order {
+            frame: 0,
+            handles: Vec::new(),
+            undragged: None,
+            edits: None,
+            problems: Vec::new(),
             camera: self.orbit.camera(),
             settings: Settings {
                 wipe,
@@ -247,14 +248,14 @@ impl Scene {
             confidence: self.document.live_confidence().to_vec(),
             under: self.under,
             follows: if settings.markers { self.follows(settings) } else { Vec::new() },
-            problems: if settings.markers { self.document.problems() } else { Vec::new() },
             vertex: self.vertex,
             numbers: self.document.shared_numbers(),
             skin: match &self.skin {
                 SkinState::Ready(skin) if settings.show == Show::Skin => Some(skin.clone()),
                 _ => None,
             },
-        }
+        };
+        order.of_frame(&self.document, self.document.transport.frame())
     }
 
     /// The pictures of the range of the take, a frame each, as the window would draw them now.
@@ -264,16 +265,13 @@ impl Scene {
     #[cfg(not(target_arch = "wasm32"))]
     pub(crate) fn orders(&self) -> Result<Vec<Order>> {
         let like = self.wanted.as_ref().ok_or_else(|| Error::empty("nothing was drawn yet"))?;
-        let document = &self.document;
-        let [first, last] = document.transport.range();
-        let order = |frame: usize| Order {
-            handles: document.handles_at(frame, true),
-            undragged: like.undragged.is_some().then(|| document.handles_at(frame, false)),
-            edits: document.frame_edits_at(frame),
-            under: None,
-            ..like.clone()
+        // What the pointer is on is no part of a film.
+        let like = match like.under {
+            Some(_) => Order { under: None, follows: Vec::new(), ..like.clone() },
+            None => like.clone(),
         };
-        Ok((first..=last).map(order).collect())
+        let [first, last] = self.document.transport.range();
+        Ok((first..=last).map(|frame| like.clone().of_frame(&self.document, frame)).collect())
     }
 
     /// Prepares the light of skin when it is first shown.
