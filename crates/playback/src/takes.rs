@@ -6,7 +6,7 @@ use rhytid_capture::{
     self as capture, Cleaned, Edit, Event, Match, Misfit, Settings, Step, TakeSpace, Target, clean,
     match_by_position, misfit,
 };
-use rhytid_core::{Error, NoProgress, Progress, Remedy, Result, Rig, Take, Warning, rig_file};
+use rhytid_core::{Error, NoProgress, Progress, Remedy, Result, Rig, Take, Warning, input_file, rig_file};
 use rhytid_formats::raw_take::{self, Contents};
 use rhytid_formats::take;
 use rhytid_formats::take::Missing;
@@ -125,7 +125,9 @@ fn clean_take(path: &Path, rig: &Rig, missing: Missing, progress: &dyn Progress)
     let read = reading(progress, || take::read(path, Some(&rig.handles().labels), missing));
     match read {
         // A pipe cannot be read again.
-        Err(error) if path.is_file() => filled(path, rig, progress)?.ok_or(error),
+        Err(error) if input_file::is_regular(path).unwrap_or(false) => {
+            filled(path, rig, progress)?.ok_or(error)
+        }
         read => read,
     }
 }

@@ -125,15 +125,21 @@ fn a_file_that_the_browser_cannot_read_is_a_sentence_and_the_viewer_goes_on() {
 
 #[test]
 fn what_is_wrong_with_a_file_is_said_in_the_program_s_words() {
-    let (rig, _) = demo();
+    let (rig, take) = demo();
     let folder = tempfile::tempdir().unwrap();
     let mut steps = Vec::new();
     let mut expected = Vec::new();
+    let mut metres = take.clone();
+    metres.positions.iter_mut().flatten().for_each(|x| *x *= 0.01);
+    let plain = folder.path().join("metres.csv");
+    take::write(&plain, &metres).unwrap();
+    let metres = std::fs::read(&plain).unwrap();
     for (i, (name, bytes)) in [
         ("cut.c3d", &b"\x02\x50 and no more"[..]),
         ("empty.trc", b"PathFileType\t4\t(X/Y/Z)\ta.trc\n"),
         ("other.csv", b"time,nobody_x,nobody_y,nobody_z\n0,1,2,3\n"),
         ("curves.csv", b"time,nobody,noone\n0,0.1,0.2\n0.1,0.2,0.3\n"),
+        ("metres.csv", &metres),
     ]
     .into_iter()
     .enumerate()
