@@ -23,6 +23,7 @@ const LEFT_OUT: &[LeftOut] = &[
     package("rhytid-backend-wgpu", "needs drivers"),
     package("rhytid-cli", "starts the whole program some thousand times"),
     package("rhytid-peers", "the bench's peers"),
+    package("rhytid-python", "needs Python's packages, which `cargo xtask setup` installs"),
     package("xtask", "the chores themselves"),
     package("xtask-kernels", "needs a C++ compiler; kernels are checked by `cargo xtask kernels --check`"),
     package("xtask-web", "opens the browser's pages in Chromium"),

@@ -1,6 +1,6 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | package | deny | fuzz | bench | heads |
+//! `cargo xtask check | setup | test | prose | kernels | web | python | package | deny | fuzz | bench | heads |
 //! collections | clients`
 #![forbid(unsafe_code)]
 
@@ -23,6 +23,7 @@ mod setup;
 mod steps;
 mod test;
 mod web;
+mod wheel;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -50,6 +51,8 @@ enum Chore {
     },
     /// Build the browser's pages into a folder that any static host serves.
     Web(web::Web),
+    /// Build the Python package as a wheel, and try it in empty environments.
+    Python(wheel::Python),
     /// Pack every published crate, and check that the packages compile and work for a newcomer.
     Package,
     /// Check licences, duplicate versions, sources and advisories of all dependencies with cargo-deny.
@@ -81,6 +84,7 @@ fn main() -> ExitCode {
         Chore::Prose => prose::prose(),
         Chore::Kernels { check } => kernels::kernels(check),
         Chore::Web(options) => web::web(&options),
+        Chore::Python(options) => wheel::python(&options),
         Chore::Package => package::package(),
         Chore::Deny => deny::deny(),
         Chore::Fuzz { seconds, hours } => fuzz::fuzz(seconds, hours),

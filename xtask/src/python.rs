@@ -14,7 +14,7 @@ struct Environment {
     modules: &'static str,
 }
 
-const ENVIRONMENTS: [Environment; 4] = [
+const ENVIRONMENTS: [Environment; 5] = [
     Environment { folder: "venv", requirements: "requirements.txt", modules: "pxr.Usd, ezc3d" },
     Environment { folder: "venv-usd-24.3", requirements: "requirements-usd-24.3.txt", modules: "pxr.Usd" },
     Environment { folder: "venv-blender", requirements: "requirements-blender.txt", modules: "bpy" },
@@ -22,6 +22,11 @@ const ENVIRONMENTS: [Environment; 4] = [
         folder: "clients/python",
         requirements: "requirements-clients.txt",
         modules: "PIL.Image, pyassimp, pxr.Usd, trimesh, vtk",
+    },
+    Environment {
+        folder: "venv-python",
+        requirements: "requirements-python.txt",
+        modules: "ipykernel, matplotlib, mypy, nbclient, numpy, pandas, pytest, pxr.Usd, tqdm, trimesh",
     },
 ];
 
@@ -67,6 +72,12 @@ pub(crate) fn blender() -> Result<PathBuf> {
 pub(crate) fn clients() -> Result<PathBuf> {
     ENVIRONMENTS[3].make()?;
     Ok(ENVIRONMENTS[3].python())
+}
+
+/// Makes the environment of the Python package's tests if it is missing. Returns its Python.
+pub(crate) fn package() -> Result<PathBuf> {
+    ENVIRONMENTS[4].make()?;
+    Ok(ENVIRONMENTS[4].python())
 }
 
 /// Makes the environments of all Blenders that exports are opened with. Returns their Pythons, the oldest

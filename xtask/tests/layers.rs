@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Crates outside the map: chores, examples and measurements. No crate depends on them.
-const BESIDE: [&str; 6] = ["clients", "examples", "peers", "xtask", "xtask-kernels", "xtask-web"];
+const BESIDE: [&str; 7] = ["clients", "examples", "peers", "python", "xtask", "xtask-kernels", "xtask-web"];
 
 fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")

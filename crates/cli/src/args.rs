@@ -45,6 +45,7 @@ pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]
 pub(crate) use skin::SkinLight;
 pub(crate) use solve::{Demo, Doctor, Solve};
+use std::ffi::OsString;
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
 pub(crate) use usd_layer::UsdLayer;
@@ -120,9 +121,9 @@ pub(crate) struct Args {
 }
 
 impl Args {
-    /// From the command line. Help and mistakes end the program.
-    pub(crate) fn read() -> Self {
-        let matches = command().get_matches();
+    /// From the words of a command line, the program's name first. Help and mistakes end the process.
+    pub(crate) fn read(words: &[OsString]) -> Self {
+        let matches = command().get_matches_from(words);
         Self::from_arg_matches(&matches).unwrap_or_else(|error| error.exit())
     }
 }

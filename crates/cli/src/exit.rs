@@ -6,7 +6,6 @@ use rhytid::{Error, Result};
 use std::io::{self, ErrorKind, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
-use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether a panic said that the system allows no thread.
@@ -37,17 +36,17 @@ pub(crate) fn install_panic_hook() {
 
 /// Runs the program, prints its error, if any, and returns the exit code. A panic unwinds to here, so that
 /// temporary files are removed on the way.
-pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<ExitCode>) -> ExitCode {
+pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<u8>) -> u8 {
     let result = catch_unwind(AssertUnwindSafe(run));
     ui.clear();
     match result {
         Ok(Ok(code)) => code,
         Ok(Err(error)) => {
             ui.line(&format!("error: {}", sentence(&error)));
-            ExitCode::from(exit_code::from_error(&error))
+            exit_code::from_error(&error)
         }
-        Err(_) if NO_THREAD.load(Ordering::Relaxed) => ExitCode::from(exit_code::USER),
-        Err(_) => ExitCode::from(exit_code::OURS),
+        Err(_) if NO_THREAD.load(Ordering::Relaxed) => exit_code::USER,
+        Err(_) => exit_code::OURS,
     }
 }
 
@@ -89,11 +88,10 @@ mod tests {
     #[test]
     fn a_panic_is_our_fault() {
         let ui = Ui::new(true, false);
-        let panics = || -> Result<ExitCode> { panic!("on purpose") };
-        let shown = |code: ExitCode| format!("{code:?}");
-        assert_eq!(shown(status(&ui, panics)), shown(ExitCode::from(1)));
-        assert_eq!(shown(status(&ui, || Ok(ExitCode::SUCCESS))), shown(ExitCode::from(0)));
-        assert_eq!(shown(status(&ui, || Err(Error::Cancelled))), shown(ExitCode::from(2)));
+        let panics = || -> Result<u8> { panic!("on purpose") };
+        assert_eq!(status(&ui, panics), 1);
+        assert_eq!(status(&ui, || Ok(exit_code::DONE)), 0);
+        assert_eq!(status(&ui, || Err(Error::Cancelled)), 2);
     }
 
     #[test]

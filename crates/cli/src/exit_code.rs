@@ -2,6 +2,8 @@
 
 use rhytid::{DeviceErrorKind, Error};
 
+/// All went well.
+pub(crate) const DONE: u8 = 0;
 /// The user's mistake, or something only the user can mend.
 pub(crate) const USER: u8 = 2;
 /// A fault of Rhytid's own, or of a device.

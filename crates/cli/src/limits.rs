@@ -2,7 +2,6 @@
 
 use crate::exit_code;
 use std::io::{self, Write};
-use std::process::ExitCode;
 use std::sync::OnceLock;
 use std::sync::mpsc::{Sender, channel};
 
@@ -11,7 +10,7 @@ const STACK: usize = 8 << 20;
 
 /// Runs the program on a stack that `ulimit -s` does not shrink. Files that `ulimit -f` forbids become errors
 /// instead of ending the process.
-pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
+pub(crate) fn run(program: fn() -> u8) -> u8 {
     errors_for_large_files();
     let (sender, jobs) = channel();
     let to_main = JOBS.get_or_init(|| sender).clone();
@@ -24,11 +23,11 @@ pub(crate) fn run(program: fn() -> ExitCode) -> ExitCode {
             while let Ok(Some(job)) = jobs.recv() {
                 job();
             }
-            thread.join().unwrap_or(ExitCode::from(exit_code::OURS))
+            thread.join().unwrap_or(exit_code::OURS)
         }
         Err(error) => {
             let _ = writeln!(io::stderr(), "error: {}", no_thread(&error.to_string()));
-            ExitCode::from(exit_code::USER)
+            exit_code::USER
         }
     }
 }

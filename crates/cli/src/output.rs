@@ -6,6 +6,7 @@ use rhytid::core::AtomicFile;
 use rhytid::{Error, InputErrorKind, Result};
 use serde::Serialize;
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 use std::path::PathBuf;
@@ -98,8 +99,35 @@ fn escaped(text: &str, escape: impl Fn(char) -> String) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(|c| if is_harmful(c) { escape(c) } else { c.to_string() }).collect())
 }
 
+thread_local! {
+    /// The lines for a program that calls a command; `None` where standard output gets them.
+    static CAPTURED: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Runs a command and returns its lines, in place of writing them to standard output.
+///
+/// # Errors
+/// The command's.
+pub(crate) fn captured(command: impl FnOnce() -> Result<()>) -> Result<String> {
+    CAPTURED.set(Some(String::new()));
+    let result = command();
+    let lines = CAPTURED.take().unwrap_or_default();
+    result.map(|()| lines)
+}
+
 /// Writes a line unchanged: a script for a shell.
 pub(crate) fn line(text: &str) -> Result<()> {
+    let is_captured = CAPTURED.with_borrow_mut(|captured| match captured {
+        Some(lines) => {
+            lines.push_str(text);
+            lines.push('\n');
+            true
+        }
+        None => false,
+    });
+    if is_captured {
+        return Ok(());
+    }
     let mut out = io::stdout().lock();
     match writeln!(out, "{text}").and_then(|()| out.flush()) {
         Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),

@@ -1,6 +1,7 @@
 //! Progress while work goes on: bars with an estimate on a terminal, plain lines otherwise, nothing with
 //! `--quiet`. All of it goes to stderr.
 
+use crate::call::Caller;
 use crate::{output, remedy};
 use clap::builder::styling::AnsiColor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -24,7 +25,6 @@ enum Mode {
 }
 
 /// The user at the other end of stderr.
-#[derive(Debug)]
 pub(crate) struct Ui {
     mode: Mode,
     verbose: bool,
@@ -34,6 +34,8 @@ pub(crate) struct Ui {
     warnings: Mutex<BTreeSet<String>>,
     /// Whether the user asked to stop.
     stops: AtomicBool,
+    /// The program that called the command, in place of a user.
+    caller: Option<Caller>,
 }
 
 #[derive(Debug)]
@@ -60,7 +62,13 @@ impl Ui {
             finished: Mutex::default(),
             warnings: Mutex::default(),
             stops: AtomicBool::default(),
+            caller: None,
         }
+    }
+
+    /// Writes nothing: progress and warnings go to the program that called the command.
+    pub(crate) fn for_program(caller: Caller) -> Self {
+        Self { caller: Some(caller), ..Self::new(true, false) }
     }
 
     /// Whether times, settings and whole lists are wanted.
@@ -76,6 +84,10 @@ impl Ui {
     /// Writes one line to stderr, above the bar if there is one. A warning that was shown is not shown again.
     /// Errors are ignored: they could not be reported.
     pub(crate) fn line(&self, text: &str) {
+        if self.caller.is_some() {
+            log::info!("{text}");
+            return;
+        }
         if text.starts_with("warning:") {
             let mut shown = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
             if !shown.insert(text.to_owned()) {
@@ -162,6 +174,9 @@ fn coloured(line: &str) -> String {
 
 impl Progress for Ui {
     fn report(&self, name: &'static str, done: u64, total: u64) {
+        if let Some(caller) = &self.caller {
+            caller.report(name, done, total);
+        }
         if self.mode == Mode::Silent {
             return;
         }
@@ -188,10 +203,14 @@ impl Progress for Ui {
     }
 
     fn cancelled(&self) -> bool {
-        self.stops.load(Ordering::Relaxed)
+        let stops = || self.stops.load(Ordering::Relaxed);
+        self.caller.as_ref().map_or_else(stops, |caller| caller.cancelled())
     }
 
     fn warn(&self, warning: &Warning) {
+        if let Some(caller) = &self.caller {
+            return caller.warn(warning);
+        }
         log::warn!("{}", remedy::of_warning(warning));
     }
 }

@@ -5,10 +5,11 @@
 #[cfg(target_os = "linux")]
 const RUNTIME_DIR: &str = "XDG_RUNTIME_DIR";
 
-/// Starts the program anew with the variable set, if it is not set. A process cannot safely change its own
-/// environment once threads may read it. Nothing has been read or written yet.
+/// Starts the executable of this process anew with `XDG_RUNTIME_DIR` set, if that is not set. Without it, some
+/// drivers write errors of their own. A process cannot safely change its own environment once threads may read
+/// it. So this comes first in `main`, before anything is read or written.
 #[cfg(target_os = "linux")]
-pub(crate) fn restart_if_needed() {
+pub fn restart_if_needed() {
     use std::os::unix::process::CommandExt;
     if std::env::var_os(RUNTIME_DIR).is_some() {
         return;
@@ -23,5 +24,6 @@ pub(crate) fn restart_if_needed() {
     let _ = anew.args(arguments).env(RUNTIME_DIR, std::env::temp_dir()).exec();
 }
 
+/// Does nothing on this system.
 #[cfg(not(target_os = "linux"))]
-pub(crate) fn restart_if_needed() {}
+pub fn restart_if_needed() {}

@@ -5,7 +5,7 @@ use rhytid::core::{Remedy, Warning};
 use rhytid::{DeviceErrorKind, Error};
 
 /// An error's sentence, followed by the remedy in this program.
-pub(crate) fn of_error(error: &Error) -> String {
+pub fn of_error(error: &Error) -> String {
     let remedies = match error {
         Error::Input(input) => input.remedies(),
         Error::Device { kind: DeviceErrorKind::OutOfMemory | DeviceErrorKind::Lost, .. } => {
@@ -17,7 +17,7 @@ pub(crate) fn of_error(error: &Error) -> String {
 }
 
 /// A warning's sentence, followed by the remedy in this program.
-pub(crate) fn of_warning(warning: &Warning) -> String {
+pub fn of_warning(warning: &Warning) -> String {
     with(warning.to_string(), warning.remedies())
 }
 

@@ -3,7 +3,7 @@
 use super::{animate, solve};
 use crate::args::HeadChoice;
 use crate::progress::{Ui, timed};
-use crate::{args, output};
+use crate::{args, output, start};
 use rhytid::core::human;
 use rhytid::core::{Example, Handles, Mesh, StrainEdges};
 use rhytid::formats::project::{
@@ -396,8 +396,7 @@ fn strongest_frame(face: &Face, take: &Take) -> usize {
 
 fn next_steps(dir: &Path) -> String {
     // The program's name as it was called, so that the lines can be pasted even if it is not on the path.
-    let rhytid = std::env::args().next().unwrap_or_else(|| "rhytid".to_owned());
-    let rhytid = output::word(Path::new(&rhytid));
+    let rhytid = output::word(Path::new(&start::name()));
     let [rig, take, project] =
         ["face.safetensors", "performance.csv", "face.toml"].map(|name| output::word(&dir.join(name)));
     let dir = dir.display();

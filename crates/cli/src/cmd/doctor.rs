@@ -7,7 +7,6 @@ use rhytid::core::human;
 use rhytid::formats::project;
 use rhytid::solve::{Finding, Report, Severity};
 use serde::Serialize;
-use std::process::ExitCode;
 
 #[derive(Serialize)]
 struct Examination<'a> {
@@ -23,7 +22,7 @@ struct Examination<'a> {
 ///
 /// # Errors
 /// As [`rhytid::formats::project::read`]: what cannot be read cannot be examined.
-pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
+pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<u8> {
     inputs::project(&args.project, "rhytid doctor FACE.toml")?;
     let (path, reach) = (&args.project, args.elsewhere.reach());
     let face = project::load(&project::read_project(path)?, path, reach)?;
@@ -42,7 +41,7 @@ pub(super) fn run(args: &args::Doctor, ui: &Ui) -> Result<ExitCode> {
     } else if !(ui.is_quiet() && examination.solvable) {
         output::say(&text(&report, &examination))?;
     }
-    Ok(if examination.solvable { ExitCode::SUCCESS } else { ExitCode::from(exit_code::USER) })
+    Ok(if examination.solvable { exit_code::DONE } else { exit_code::USER })
 }
 
 fn text(report: &Report, examination: &Examination<'_>) -> String {

@@ -3,7 +3,7 @@
 use super::recording_file::RecordingFile;
 use crate::args::{Animate, FramesChoice};
 use crate::progress::Ui;
-use crate::{interrupt, output};
+use crate::{interrupt, output, start};
 use rhytid::capture::{Target, misfit};
 use rhytid::core::human;
 use rhytid::formats::take;
@@ -58,7 +58,7 @@ impl Kept {
 
     /// What to do if the output could not be written.
     pub(super) fn advice(&self) -> String {
-        let words: Vec<String> = std::env::args().skip(1).collect();
+        let words = start::arguments();
         if self.is_in_the_world {
             return format!(
                 "the recording is in {}, in world space; clean it with `{}`",

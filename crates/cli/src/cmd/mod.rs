@@ -1,6 +1,6 @@
 //! The commands, one file each.
 
-mod animate;
+pub(crate) mod animate;
 mod bench;
 mod completions;
 mod conform;
@@ -33,16 +33,15 @@ mod verify;
 mod view;
 
 use crate::args::{Args, Command};
+use crate::exit_code;
 use crate::progress::Ui;
 use rhytid::Result;
-use std::process::ExitCode;
 
 /// Runs the command.
 ///
 /// # Errors
 /// As the command's.
-pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
-    rhytid::core::protect_inputs();
+pub(crate) fn run(args: &Args, ui: &Ui) -> Result<u8> {
     rhytid::core::set_most_pixels(args.max_pixels);
     match &args.command {
         Command::New(args) => new::run(args, ui)?,
@@ -75,5 +74,5 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<ExitCode> {
         Command::Man(args) => man::run(args, ui)?,
         Command::Look(args) => conform::look(&args.request)?,
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(exit_code::DONE)
 }

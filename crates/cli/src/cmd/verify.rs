@@ -13,14 +13,13 @@ use rhytid::playback::{ChannelDifference, Performance, Verified, verify};
 use rhytid::{Error, Result};
 use serde::Serialize;
 use serde_json::{Map, Value};
-use std::process::ExitCode;
 
 /// Compares and reports; the exit code says whether every vertex is where the file promises.
 ///
 /// # Errors
 /// [`Error::Input`] if the file does not say how it was made, or was made from another rig or take. Errors of
 /// reading and evaluating.
-pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
+pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<u8> {
     inputs::rig_and_take(&args.rig, &args.take, "rhytid verify OUT --rig RIG --take TAKE")?;
     let device = inputs::named_device(&args.device)?;
     let file = args.file.display();
@@ -100,7 +99,7 @@ pub(super) fn run(args: &args::Verify, ui: &Ui) -> Result<ExitCode> {
             rig.surface().metres_per_unit,
         ))?;
     }
-    Ok(if report.passed { ExitCode::SUCCESS } else { ExitCode::from(exit_code::OURS) })
+    Ok(if report.passed { exit_code::DONE } else { exit_code::OURS })
 }
 
 /// The JSON that is printed.

@@ -2,7 +2,7 @@
 
 mod clips;
 mod masks;
-mod options;
+pub(crate) mod options;
 mod report;
 mod warnings;
 
@@ -87,7 +87,7 @@ pub(super) fn animate(args: &args::Animate, ui: &Ui) -> Result<Animated> {
     let device = inputs::named_device(&args.device)?;
     let rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let layers = inputs::layers(args.edit.as_deref(), &rig, &args.reading)?;
-    let recipe = options::recipe(args, format, layers.as_ref())?;
+    let recipe = options::recipe(args, rig_file::hash(&args.rig)?, format, layers.as_ref())?;
     let onto = onto(args, &rig, &recipe, ui)?;
     // An error here must come before a recording, which would be lost.
     Performance::check(&recipe, &rig).map_err(|error| error.in_file(args.rig.display()))?;
@@ -128,7 +128,7 @@ struct Prepared {
 }
 
 /// The shapes of `--onto`.
-fn onto(args: &args::Animate, rig: &Rig, recipe: &Recipe, ui: &Ui) -> Result<Option<ShapeSet>> {
+pub(crate) fn onto(args: &args::Animate, rig: &Rig, recipe: &Recipe, ui: &Ui) -> Result<Option<ShapeSet>> {
     let Some(path) = &args.onto else { return Ok(None) };
     let processor = [inputs::processor()?];
     read_shape_set(path, rig, recipe.has(ChannelKind::Normals), &processor, ui).map(Some)
@@ -172,7 +172,7 @@ fn make(args: &args::Animate, prepared: Prepared, take: Take, ui: &Ui) -> Result
 }
 
 /// The frames of a take that are asked for, as a performance.
-fn perform(
+pub(crate) fn perform(
     args: &args::Animate,
     rig: Rig,
     layers: Option<Layers>,

@@ -3,7 +3,7 @@
 use super::{masks, take_name};
 use crate::args::MaterialsChoice;
 use crate::{args, inputs};
-use rhytid::core::{AtomicFile, ChannelKind, rig_file};
+use rhytid::core::{AtomicFile, ChannelKind};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{self, Recipe, ShapeSet, WrinkleGroups};
 use rhytid::formats::{FileKind, raw_take, refuse_inputs};
@@ -12,7 +12,7 @@ use rhytid::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// An option that the stage or the format would ignore is a mistake.
-pub(super) fn check(args: &args::Animate, format: Format) -> Result<()> {
+pub(crate) fn check(args: &args::Animate, format: Format) -> Result<()> {
     args.fine_detail.check()?;
     // A raw take may need it for its clean-up, whatever the format.
     let is_raw = args.live.sender.world || args.takes.iter().any(|take| !raw_take::is_take_csv(take));
@@ -105,14 +105,19 @@ pub(super) fn check_files(args: &args::Animate) -> Result<()> {
     Ok(())
 }
 
-/// The recipe of the options. The frames are known only with the take.
-pub(super) fn recipe(args: &args::Animate, format: Format, layers: Option<&Layers>) -> Result<Recipe> {
+/// The recipe of the options for the rig with this hash. The frames are known only with the take.
+pub(crate) fn recipe(
+    args: &args::Animate,
+    rig: String,
+    format: Format,
+    layers: Option<&Layers>,
+) -> Result<Recipe> {
     let mut channels = args.channels.0.clone();
     // A default channel is left out if the format has no place for it.
     let lacks = |kind: &ChannelKind| kind.is_default() && !format.carries(*kind);
     ChannelKind::ALL.into_iter().filter(lacks).for_each(|kind| channels.set(kind, false));
     Ok(Recipe {
-        rig: rig_file::hash(&args.rig)?,
+        rig,
         stage: args.fine_detail.stage.into(),
         fps: args.fps,
         start_frame: args.start_frame,
@@ -132,7 +137,7 @@ pub(super) fn recipe(args: &args::Animate, format: Format, layers: Option<&Layer
 }
 
 /// What the library is told about the file.
-pub(super) fn export_options(
+pub(crate) fn export_options(
     args: &args::Animate,
     metres_per_unit: f64,
     onto: Option<ShapeSet>,

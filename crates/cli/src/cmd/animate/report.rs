@@ -2,7 +2,7 @@
 
 use super::{Animated, ClipOf, take_name};
 use crate::cmd::listen;
-use crate::{args, output};
+use crate::{args, output, start};
 use rhytid::core::human;
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{Deviation, Written};
@@ -41,8 +41,7 @@ pub(super) fn words(args: &args::Animate, done: &Animated) -> String {
 pub(super) fn next(args: &args::Animate, done: &Animated) -> String {
     let Some(take) = args.takes.first().or(args.live.record.as_ref()) else { return String::new() };
     if args.live.sender.world {
-        let words = std::env::args().skip(1).collect();
-        return output::next(&[listen::prepare(words, &args.rig, take)]);
+        return output::next(&[listen::prepare(start::arguments(), &args.rig, take)]);
     }
     let [rig, file] = [&args.rig, &args.output].map(|path| output::word(path));
     let option = |name: &str, value: &Option<PathBuf>| {

@@ -1,0 +1,3 @@
+from ._command_line import main
+
+main()

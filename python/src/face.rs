@@ -1,0 +1,152 @@
+//! Faces: the input of a solve.
+
+use crate::arrays::{Numbers, array, triples};
+use crate::command::callback;
+use crate::error::exception;
+use crate::rig::Rig;
+use crate::work::work;
+use numpy::PyArrayDyn;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pythonize::pythonize;
+use rhytid::core::{Example, Faces, Handles, LengthUnit, Mesh, Settings, UpAxis, VertexId};
+use rhytid::formats::Reach;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A neutral face with its handles and examples. It never changes.
+#[pyclass(frozen, module = "rhytid")]
+pub(crate) struct Face {
+    face: Arc<rhytid::Face>,
+    path: Option<PathBuf>,
+}
+
+#[pymethods]
+impl Face {
+    /// From arrays: V × 3 vertices, faces as lists of vertices, pairs of a label and a vertex for the handles,
+    /// and pairs of a name and V × 3 positions for the examples.
+    #[new]
+    #[pyo3(signature = (vertices, faces, handles, examples=Vec::new(), *, unit="cm", up="y", name="face"))]
+    fn new(
+        py: Python<'_>,
+        vertices: Numbers<'_, f64>,
+        faces: Vec<Vec<u32>>,
+        handles: Vec<(String, u32)>,
+        examples: Vec<(String, Numbers<'_, f64>)>,
+        unit: &str,
+        up: &str,
+        name: &str,
+    ) -> PyResult<Self> {
+        let positions = triples(&vertices, "vertices")?;
+        let mut polygons = Faces::default();
+        faces.iter().for_each(|face| polygons.push(face));
+        let known = LengthUnit::ALL.map(|unit| unit.name).join(", ");
+        let unit = LengthUnit::named(unit)
+            .ok_or_else(|| PyValueError::new_err(format!("unit is “{unit}”, expected one of {known}")))?;
+        let up_axis = match up {
+            "y" => UpAxis::Y,
+            "z" => UpAxis::Z,
+            _ => return Err(PyValueError::new_err(format!("up is “{up}”, expected \"y\" or \"z\""))),
+        };
+        let examples = examples.into_iter().map(|(name, positions)| {
+            let positions = triples(&positions, &format!("the example “{name}”"))?;
+            Ok(Example { name, positions, mirror: false, noise: None })
+        });
+        let points = handles.iter().map(|(_, v)| VertexId(*v).into()).collect();
+        let labels = handles.into_iter().map(|(label, _)| label).collect();
+        let face = rhytid::Face {
+            name: name.to_owned(),
+            neutral: Mesh { positions, faces: polygons, ..Mesh::default() },
+            metres_per_unit: unit.metres,
+            up_axis,
+            handles: Handles { labels, points },
+            examples: examples.collect::<PyResult<_>>()?,
+            prior: None,
+            settings: Settings::default(),
+        };
+        // A fault of the arrays is found here, and not at the solve.
+        rhytid::solve::check(&face).map_err(|error| exception(py, &error))?;
+        Ok(Self { face: Arc::new(face), path: None })
+    }
+
+    /// Reads a project file and all that it names. The files are in the project's folder or below it, unless
+    /// `allow_elsewhere` is set.
+    #[staticmethod]
+    #[pyo3(signature = (path, *, allow_elsewhere=false))]
+    fn open(py: Python<'_>, path: PathBuf, allow_elsewhere: bool) -> PyResult<Self> {
+        let reach = if allow_elsewhere { Reach::Anywhere } else { Reach::Below };
+        let file = path.clone();
+        let face = work(py, None, move |monitor| rhytid_cli::open_face(&file, reach, monitor))?;
+        Ok(Self { face: Arc::new(face), path: Some(path) })
+    }
+
+    /// Solves the face: the rig that animates it.
+    #[pyo3(signature = (*, progress=None))]
+    fn solve<'py>(&self, py: Python<'py>, progress: Option<&Bound<'py, PyAny>>) -> PyResult<Rig> {
+        let face = Arc::clone(&self.face);
+        let progress = callback(py, progress)?;
+        let rig = work(py, progress.as_ref(), move |monitor| rhytid::solve(&face, &*monitor))?;
+        Ok(Rig { rig: Arc::new(rig) })
+    }
+
+    /// What would harm a solve: a list of findings with `severity`, `code` and `message`, the worst first.
+    fn doctor<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let face = Arc::clone(&self.face);
+        let report = work(py, None, move |_| Ok(rhytid::solve::examine(&face)))?;
+        Ok(pythonize(py, &report.findings)?)
+    }
+
+    /// The project file; `None` for a face of arrays.
+    #[getter]
+    fn path(&self) -> Option<PathBuf> {
+        self.path.clone()
+    }
+
+    /// The name of the rig and of exports.
+    #[getter]
+    fn name(&self) -> String {
+        self.face.name.clone()
+    }
+
+    /// The handles' labels.
+    #[getter]
+    fn labels(&self) -> Vec<String> {
+        self.face.handles.labels.clone()
+    }
+
+    /// The examples' names.
+    #[getter]
+    fn examples(&self) -> Vec<String> {
+        self.face.examples.iter().map(|example| example.name.clone()).collect()
+    }
+
+    /// The neutral mesh: V × 3; a read-only copy.
+    #[getter]
+    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArrayDyn<f64>>> {
+        let positions = &self.face.neutral.positions;
+        array(py, positions.as_flattened().to_vec(), &[positions.len(), 3])
+    }
+
+    /// The polygons of the neutral mesh.
+    #[getter]
+    fn faces(&self) -> Vec<Vec<u32>> {
+        self.face.neutral.faces.iter().map(<[u32]>::to_vec).collect()
+    }
+
+    /// Metres in one unit: 0.01 for centimetres.
+    #[getter]
+    fn metres_per_unit(&self) -> f64 {
+        self.face.metres_per_unit
+    }
+
+    fn __repr__(&self) -> String {
+        let face = &self.face;
+        format!(
+            "<rhytid.Face {}: {} vertices, {} handles, {} examples>",
+            face.name,
+            face.neutral.positions.len(),
+            face.handles.len(),
+            face.examples.len()
+        )
+    }
+}

@@ -1,0 +1,159 @@
+"""Faces, rigs, takes, animations and animators."""
+
+import gc
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from pxr import Usd, UsdGeom
+
+import rhytid
+from rhytid import _rhytid
+
+
+def program(*words):
+    """The program as a user starts it."""
+    return subprocess.run([sys.executable, "-m", "rhytid", *map(str, words)], check=True, capture_output=True)
+
+
+def test_a_file_has_the_bytes_of_the_program(demo, take, tmp_path):
+    rig = rhytid.Rig.open(demo / "face.safetensors")
+    for name, words, play, write in [
+        ("a.usd", ["--strain"], {"strain": True}, {}),
+        ("a.usda", ["--fps", "24", "--frames", "10..20"], {"fps": 24, "frames": range(10, 20)}, {}),
+        ("a.glb", ["--shapes", "12", "--quantize"], {}, {"shapes": 12, "quantize": True}),
+        ("a.pc2", ["--stage", "large-scale"], {"stage": "large-scale"}, {}),
+    ]:
+        ours, theirs = tmp_path / "ours" / name, tmp_path / "theirs" / name
+        ours.parent.mkdir(exist_ok=True), theirs.parent.mkdir(exist_ok=True)
+        written = rig.play(take, device="cpu:0", **play).write(ours, **write)
+        program(
+            "animate", demo / "face.safetensors", demo / "performance.csv", "-o", theirs, "--device", "cpu:0", *words
+        )
+        assert ours.read_bytes() == theirs.read_bytes(), name
+        assert written["bytes"] == ours.stat().st_size
+
+
+def test_frames_are_those_of_the_file(rig, take, tmp_path):
+    animation = rig.play(take, device="cpu:0", velocities=True, strain=True)
+    animation.write(tmp_path / "face.usdc")
+    stage = Usd.Stage.Open(str(tmp_path / "face.usdc"))
+    mesh = next(UsdGeom.Mesh(prim) for prim in stage.Traverse() if prim.IsA(UsdGeom.Mesh))
+    strain = UsdGeom.PrimvarsAPI(mesh).GetPrimvar("strain")
+    seen = 0
+    for number, frame in enumerate(animation):
+        assert np.array_equal(frame.positions, mesh.GetPointsAttr().Get(number))
+        assert np.array_equal(frame.normals, mesh.GetNormalsAttr().Get(number))
+        assert np.array_equal(frame["velocities"], mesh.GetVelocitiesAttr().Get(number))
+        assert np.array_equal(frame["strain"], strain.Get(number))
+        seen += 1
+    assert seen == len(animation) == len(take)
+    # One by one they are the same: at both ends, and across the pieces in which they are computed.
+    for number in (0, 1, 63, 64, 100, len(take) - 1):
+        frame = animation[number]
+        assert np.array_equal(frame.positions, mesh.GetPointsAttr().Get(number))
+        assert np.array_equal(frame["velocities"], mesh.GetVelocitiesAttr().Get(number)), number
+    assert np.array_equal(animation[-1].positions, animation[len(take) - 1].positions)
+    assert [frame.keys() for frame in animation[3:9:2]] == [animation[3].keys()] * 3
+
+
+def test_arrays_outlive_what_made_them_and_cannot_be_written(rig, take):
+    animation = rig.play(take, device="cpu:0")
+    positions = animation[5].positions
+    copy = positions.copy()
+    del animation
+    gc.collect()
+    assert np.array_equal(positions, copy)
+    assert positions.dtype == np.float32 and positions.flags.c_contiguous
+    # Neither the array nor what it is a view of.
+    for array in (positions, positions.base, rig.vertices, take.positions):
+        with pytest.raises(ValueError):
+            array[...] = 0
+    # Other libraries see the same memory.
+    assert np.from_dlpack(positions).__array_interface__["data"][0] == positions.__array_interface__["data"][0]
+    assert memoryview(positions).nbytes == positions.nbytes
+
+
+def test_a_walk_may_be_left_and_frames_be_asked_for_meanwhile(rig, take):
+    animation = rig.play(take, device="cpu:0")
+    for frame in animation:
+        for number, other in zip(range(3), animation):
+            assert np.array_equal(other.positions, animation[number].positions)
+        break
+    assert len(list(animation)) == len(take)
+
+
+def test_a_face_of_arrays_is_that_of_the_project(face, rig):
+    examples = {}
+    folder = face.path.parent / "poses"
+    for name in face.examples:
+        lines = (folder / f"{name}.obj").read_text().splitlines()
+        examples[name] = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], dtype=float)
+    handles = dict(zip(face.labels, nearest(face.vertices, rig.handles)))
+    made = rhytid.Face(face.vertices, face.faces, list(handles.items()), list(examples.items()), name=face.name)
+    other = made.solve()
+    assert made.path is None and other.labels == rig.labels and other.examples == rig.examples
+    for frame in (rig.handles, rig.handles + np.linspace(0, 0.3, rig.handles.size).reshape(-1, 3)):
+        assert np.array_equal(rig.animator("cpu:0")(frame), other.animator("cpu:0")(frame))
+
+
+def nearest(vertices, points):
+    distances = ((vertices[None] - points[:, None]) ** 2).sum(2)
+    return distances.argmin(1).tolist()
+
+
+def test_a_take_of_arrays_plays_as_its_file(rig, take, tmp_path):
+    made = rhytid.Take(take.positions, take.labels, times=take.times.tolist())
+    assert np.array_equal(rig.play(made, device="cpu:0")[7].positions, rig.play(take, device="cpu:0")[7].positions)
+    made.save(tmp_path / "again.csv")
+    again = rhytid.Take.open(tmp_path / "again.csv", rig)
+    assert np.array_equal(again.positions, take.positions) and again.rate == take.rate
+    for wrong, said in [
+        (lambda: rhytid.Take(take.positions[:, :, :2], take.labels, rate=30), "frames × markers × 3"),
+        (lambda: rhytid.Take(take.positions, take.labels[:-1], rate=30), "88 labels"),
+        (lambda: rhytid.Take(take.positions, take.labels), "either rate or times"),
+        (lambda: rhytid.Take(take.positions * np.nan, take.labels, rate=30), "frame 0: marker"),
+        (lambda: rhytid.Take(take.positions, take.labels, times=[0.0] * len(take)), "has to rise"),
+    ]:
+        with pytest.raises(ValueError, match=said):
+            wrong()
+
+
+def test_an_animator_gives_each_stage(rig, take):
+    animator = rig.animator("cpu:0", frames=4)
+    batch = take.positions[20:24].astype(np.float32)
+    positions = animator(batch)
+    assert positions.shape == (4, len(rig.vertices), 3)
+    for number in range(4):
+        assert np.array_equal(animator(batch[number]), positions[number])
+        # Markers are met.
+        vertices = nearest(rig.vertices, rig.handles)
+        assert np.abs(positions[number][vertices] - batch[number]).max() < 1e-5
+    animator.evaluate(batch)
+    for stage in rhytid.STAGES:
+        assert np.isfinite(animator.read(stage)).all()
+    with pytest.raises(ValueError, match="there is no stage “smile”"):
+        animator.read("smile")
+    with pytest.raises(ValueError, match="88"):
+        animator(batch[0][:-1])
+    with pytest.raises(rhytid.InputError, match="at most 4"):
+        animator(np.zeros((5, *batch.shape[1:])))
+
+
+def test_every_channel_can_be_asked_for(rig, take):
+    default = set(rig.play(take, device="cpu:0")[0].keys())
+    for kind, is_default in _rhytid.channel_kinds():
+        options = {f"no_{kind}": True} if is_default else {kind: True}
+        changed = set(rig.play(take, device="cpu:0", **options)[0].keys())
+        assert changed < default if is_default else changed > default, kind
+
+
+def test_markers_of_a_raw_take_are_cleaned(demo, rig, take, tmp_path):
+    # In metres, the file is in another space than the rig.
+    path = tmp_path / "metres.csv"
+    rhytid.Take(take.positions / 100, take.labels, rate=30).save(path)
+    with pytest.raises(rhytid.InputError, match="take_unit"):
+        rhytid.Take.open(path, rig)
+    again = rhytid.Take.open(path, rig, take_unit="m")
+    assert np.abs(again.positions - take.positions).max() < 1e-9
