@@ -57,6 +57,19 @@ impl<S: Session> Animator<S> {
     /// [`Animator::max_frames`]. [`Error::Input`] if a number is not finite. After these errors the results
     /// of the last batch are kept. [`Error::Device`] if the device fails.
     pub fn evaluate(&mut self, positions: &[f32]) -> Result<()> {
+        self.evaluate_by(positions, S::evaluate)
+    }
+
+    /// As [`Animator::evaluate`], with another function of the session than [`Session::evaluate`], such as
+    /// one that takes semaphores. It gets the checked batch.
+    ///
+    /// # Errors
+    /// As [`Animator::evaluate`].
+    pub fn evaluate_by(
+        &mut self,
+        positions: &[f32],
+        evaluate: impl FnOnce(&mut S, HandleFrames<'_>) -> Result<()>,
+    ) -> Result<()> {
         let per_frame = self.handles * 3;
         let frames = positions.len() / per_frame;
         if frames * per_frame != positions.len() || frames == 0 {
@@ -81,7 +94,7 @@ impl<S: Session> Animator<S> {
             )));
         }
         self.evaluated = false;
-        self.session.evaluate(HandleFrames { positions, frames })?;
+        evaluate(&mut self.session, HandleFrames { positions, frames })?;
         self.evaluated = true;
         Ok(())
     }
@@ -92,8 +105,17 @@ impl<S: Session> Animator<S> {
     /// [`Error::Input`] if nothing was evaluated yet, or the last batch failed on the device;
     /// [`Error::Device`].
     pub fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
+        self.read_by(|session| session.read(stage, out))
+    }
+
+    /// As [`Animator::read`], with another function of the session than [`Session::read`], such as one that
+    /// lends its memory.
+    ///
+    /// # Errors
+    /// As [`Animator::read`].
+    pub fn read_by<'a, T>(&'a mut self, read: impl FnOnce(&'a mut S) -> Result<T>) -> Result<T> {
         self.evaluated_before()?;
-        self.session.read(stage, out)
+        read(&mut self.session)
     }
 
     /// How long the device computed on each stage of the last batch, in the order of [`Stage::ALL`]. `None`
@@ -102,8 +124,7 @@ impl<S: Session> Animator<S> {
     /// # Errors
     /// As [`Animator::read`].
     pub fn stage_times(&mut self) -> Result<Option<[Duration; 6]>> {
-        self.evaluated_before()?;
-        self.session.stage_times()
+        self.read_by(S::stage_times)
     }
 
     fn evaluated_before(&self) -> Result<()> {

@@ -130,21 +130,23 @@ impl BasisStorage {
     }
 }
 
-/// What kind of processor is behind a device.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "snake_case")]
-#[non_exhaustive]
-pub enum DeviceKind {
-    /// A processor. Behind a GPU's API it is a software driver.
-    Cpu,
-    /// A GPU that shares the processor's memory.
-    IntegratedGpu,
-    /// A GPU with memory of its own.
-    DiscreteGpu,
-    /// A part of a GPU, given to a virtual machine.
-    VirtualGpu,
-    /// Anything else, or a device whose driver does not tell.
-    Other,
+listed! {
+    /// What kind of processor is behind a device.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+    #[serde(rename_all = "snake_case")]
+    #[non_exhaustive]
+    pub enum DeviceKind {
+        /// A processor. Behind a GPU's API it is a software driver.
+        Cpu,
+        /// A GPU that shares the processor's memory.
+        IntegratedGpu,
+        /// A GPU with memory of its own.
+        DiscreteGpu,
+        /// A part of a GPU, given to a virtual machine.
+        VirtualGpu,
+        /// Anything else, or a device whose driver does not tell.
+        Other,
+    }
 }
 
 /// What a backend says of a device.

@@ -1,5 +1,6 @@
 //! Errors, grouped by who can do something about them.
 use crate::Remedy;
+use crate::listed::{listed, named};
 use std::path::{Path, PathBuf};
 
 /// The result of every fallible function of Rhytid.
@@ -63,134 +64,138 @@ pub struct InputError {
     remedies: &'static [Remedy],
 }
 
-/// The ways in which an input can be wrong.
-#[derive(Debug, Clone, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum InputErrorKind {
-    /// A take has no columns for some of the markers that are needed. Give a take that has them, or say which
-    /// of its markers are meant.
-    MissingMarkers {
-        /// All that are missing, in the order in which they were asked for.
-        labels: Vec<String>,
-    },
-    /// Something names handles or markers that the rig or the take does not have. Mend the names.
-    UnknownMarkers {
-        /// The names, as they were found.
-        labels: Vec<String>,
-    },
-    /// Something names an example, a group, a region, a material or a property that is not there. Mend the
-    /// name.
-    UnknownName {
-        /// The name, as it was found.
-        name: String,
-    },
-    /// A unit of length is unknown. Give a known one, or its metres.
-    UnknownUnit {
-        /// The unit, as it was found.
-        found: String,
-    },
-    /// A file has an unknown key, most likely misspelt. Mend or remove it.
-    UnknownKey {
-        /// The key, without its section.
-        key: String,
-    },
-    /// A file lacks a key or a section that it needs. Add it.
-    MissingKey {
-        /// The key, without its section; or the section's name.
-        key: String,
-    },
-    /// A key of a file has a value of the wrong type, outside its range, or not among the known values. Mend
-    /// the value.
-    WrongValue {
-        /// The key, without its section.
-        key: String,
-    },
-    /// A file breaks its format's rules, or contradicts itself. Export, copy or mend it.
-    Malformed {
-        /// The line, counted from 1, of a text file where the line is known.
-        line: Option<usize>,
-    },
-    /// A file ends before what it announces, or has another length than it announces. Copy or export it
-    /// again.
-    CutShort,
-    /// A rig's arrays do not fit together, or its file lacks some. Solve it again.
-    RigDamaged,
-    /// A file has a format that Rhytid does not read or write, or uses an unsupported part of its format.
-    /// Export it another way.
-    UnsupportedFormat,
-    /// A file has a version of its format that Rhytid does not read. Make it again.
-    UnsupportedVersion,
-    /// A number, an index, a frame or a vertex is outside what is allowed. The sentence says what is.
-    OutOfRange,
-    /// Something is larger than a format, a device or the memory holds. Ask for less, or choose another
-    /// format or device.
-    TooLarge,
-    /// Two things that belong together differ: in number, in the order of vertices, in unit, or in what they
-    /// were made from.
-    Mismatch,
-    /// A file that another file names does not exist. Put it there, or mend the path.
-    NotThere {
-        /// The file, as it was looked for.
-        file: PathBuf,
-    },
-    /// A file names another one outside its own folder. Such a file is read only if the caller trusts the
-    /// author.
-    OutsideFolder {
-        /// The file, as it was named.
-        file: PathBuf,
-    },
-    /// An output would overwrite an input, or a file that has to stay. Choose another name.
-    WouldOverwrite {
-        /// The file that is there.
-        file: PathBuf,
-    },
-    /// A path leads to a folder, a device, something that may not be written, or nowhere. Choose another
-    /// path.
-    BadPath,
-    /// A take's file does not say how many frames a second has. Give the rate.
-    NoFrameRate,
-    /// A take lacks the position of a marker in some frames. Fill the gaps, or have the marker held.
-    MissingSamples,
-    /// A mesh is no surface that can be used: its faces, corners, coordinates or textures do not make one.
-    /// Mend and export it.
-    BadTopology,
-    /// There is nothing to work with: no frame, no marker, no row, no mesh. Export the file with its
-    /// contents.
-    Empty,
-    /// The rig lacks what was asked of it: examples, strain edges, texture coordinates, or the learned
-    /// method. Solve it with these.
-    RigLacks,
-    /// Two settings or entries exclude each other, or one is given twice. Leave one out.
-    Conflict,
-    /// Markers or landmarks do not determine where they belong: there are too few, they are on one line, or
-    /// they have another shape. Say which are which.
-    NoFit,
-    /// The equations have no solution in floating point. Mend the mesh where the sentence says, or change the
-    /// setting.
-    NotSolvable,
-    /// A network address cannot be used, or nothing usable comes from it. Choose another address, or look at
-    /// the sender.
-    Network,
-    /// None of the others. The sentence says what.
-    Other,
+named! {
+    /// The ways in which an input can be wrong.
+    #[derive(Debug, Clone, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum InputErrorKind {
+        /// A take has no columns for some of the markers that are needed. Give a take that has them, or say
+        /// which of its markers are meant.
+        MissingMarkers {
+            /// All that are missing, in the order in which they were asked for.
+            labels: Vec<String>,
+        },
+        /// Something names handles or markers that the rig or the take does not have. Mend the names.
+        UnknownMarkers {
+            /// The names, as they were found.
+            labels: Vec<String>,
+        },
+        /// Something names an example, a group, a region, a material or a property that is not there. Mend
+        /// the name.
+        UnknownName {
+            /// The name, as it was found.
+            name: String,
+        },
+        /// A unit of length is unknown. Give a known one, or its metres.
+        UnknownUnit {
+            /// The unit, as it was found.
+            found: String,
+        },
+        /// A file has an unknown key, most likely misspelt. Mend or remove it.
+        UnknownKey {
+            /// The key, without its section.
+            key: String,
+        },
+        /// A file lacks a key or a section that it needs. Add it.
+        MissingKey {
+            /// The key, without its section; or the section's name.
+            key: String,
+        },
+        /// A key of a file has a value of the wrong type, outside its range, or not among the known values.
+        /// Mend the value.
+        WrongValue {
+            /// The key, without its section.
+            key: String,
+        },
+        /// A file breaks its format's rules, or contradicts itself. Export, copy or mend it.
+        Malformed {
+            /// The line, counted from 1, of a text file where the line is known.
+            line: Option<usize>,
+        },
+        /// A file ends before what it announces, or has another length than it announces. Copy or export it
+        /// again.
+        CutShort,
+        /// A rig's arrays do not fit together, or its file lacks some. Solve it again.
+        RigDamaged,
+        /// A file has a format that Rhytid does not read or write, or uses an unsupported part of its format.
+        /// Export it another way.
+        UnsupportedFormat,
+        /// A file has a version of its format that Rhytid does not read. Make it again.
+        UnsupportedVersion,
+        /// A number, an index, a frame or a vertex is outside what is allowed. The sentence says what is.
+        OutOfRange,
+        /// Something is larger than a format, a device or the memory holds. Ask for less, or choose another
+        /// format or device.
+        TooLarge,
+        /// Two things that belong together differ: in number, in the order of vertices, in unit, or in what
+        /// they were made from.
+        Mismatch,
+        /// A file that another file names does not exist. Put it there, or mend the path.
+        NotThere {
+            /// The file, as it was looked for.
+            file: PathBuf,
+        },
+        /// A file names another one outside its own folder. Such a file is read only if the caller trusts the
+        /// author.
+        OutsideFolder {
+            /// The file, as it was named.
+            file: PathBuf,
+        },
+        /// An output would overwrite an input, or a file that has to stay. Choose another name.
+        WouldOverwrite {
+            /// The file that is there.
+            file: PathBuf,
+        },
+        /// A path leads to a folder, a device, something that may not be written, or nowhere. Choose another
+        /// path.
+        BadPath,
+        /// A take's file does not say how many frames a second has. Give the rate.
+        NoFrameRate,
+        /// A take lacks the position of a marker in some frames. Fill the gaps, or have the marker held.
+        MissingSamples,
+        /// A mesh is no surface that can be used: its faces, corners, coordinates or textures do not make
+        /// one. Mend and export it.
+        BadTopology,
+        /// There is nothing to work with: no frame, no marker, no row, no mesh. Export the file with its
+        /// contents.
+        Empty,
+        /// The rig lacks what was asked of it: examples, strain edges, texture coordinates, or the learned
+        /// method. Solve it with these.
+        RigLacks,
+        /// Two settings or entries exclude each other, or one is given twice. Leave one out.
+        Conflict,
+        /// Markers or landmarks do not determine where they belong: there are too few, they are on one line,
+        /// or they have another shape. Say which are which.
+        NoFit,
+        /// The equations have no solution in floating point. Mend the mesh where the sentence says, or change
+        /// the setting.
+        NotSolvable,
+        /// A network address cannot be used, or nothing usable comes from it. Choose another address, or look
+        /// at the sender.
+        Network,
+        /// None of the others. The sentence says what.
+        Other,
+    }
 }
 
-/// The ways in which a device can fail.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DeviceErrorKind {
-    /// No such device here.
-    NotFound,
-    /// The device lacks a feature or a limit that the rig needs.
-    Unsupported,
-    /// The device's memory does not suffice.
-    OutOfMemory,
-    /// The device was reset, unplugged or taken away.
-    Lost,
-    /// A kernel did not build.
-    Build,
-    /// Any other error of the driver.
-    Driver,
+listed! {
+    /// The ways in which a device can fail.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    #[non_exhaustive]
+    pub enum DeviceErrorKind {
+        /// No such device here.
+        NotFound,
+        /// The device lacks a feature or a limit that the rig needs.
+        Unsupported,
+        /// The device's memory does not suffice.
+        OutOfMemory,
+        /// The device was reset, unplugged or taken away.
+        Lost,
+        /// A kernel did not build.
+        Build,
+        /// Any other error of the driver.
+        Driver,
+    }
 }
 
 impl InputError {
@@ -371,6 +376,24 @@ mod tests {
             let error = input(error);
             assert_eq!((error.kind(), error.sentence(), error.remedies()), (&kind, "said", &[][..]));
         }
+    }
+
+    #[test]
+    fn each_kind_has_the_name_of_its_variant() {
+        let of_debug =
+            |kind: &InputErrorKind| format!("{kind:?}").split(' ').next().map(str::to_owned).expect("a name");
+        for kind in [
+            InputErrorKind::MissingMarkers { labels: Vec::new() },
+            InputErrorKind::Malformed { line: None },
+            InputErrorKind::CutShort,
+            InputErrorKind::Other,
+        ] {
+            assert_eq!(kind.name(), of_debug(&kind));
+            assert!(InputErrorKind::NAMES.contains(&kind.name()));
+        }
+        let (first, last) =
+            (InputErrorKind::NAMES[0], InputErrorKind::NAMES[InputErrorKind::NAMES.len() - 1]);
+        assert_eq!([first, last], ["MissingMarkers", "Other"]);
     }
 
     #[test]

@@ -117,21 +117,20 @@ pub fn names() -> Vec<&'static str> {
     BACKENDS.iter().map(|backend| backend.name).chain(LEFT_OUT.iter().map(|(name, _)| *name)).collect()
 }
 
-/// The device with this id, if it is present. Only its own backend is asked: drivers of others are not
-/// touched.
+/// The device with this id, if it is present. If only a backend is named, its first device. Only its own
+/// backend is asked: drivers of others are not touched.
 pub fn find(id: &str) -> Option<DeviceInfo> {
     let backend = BACKENDS.iter().find(|backend| id.split(':').next() == Some(backend.name))?;
-    (backend.devices)().ok()?.into_iter().find(|device| device.id() == id)
+    (backend.devices)().ok()?.into_iter().find(|device| device.id() == id || device.backend == id)
 }
 
-/// The device with this id. If only a backend is named, its first device.
+/// The device with this id. If only a backend is named, its first device. Drivers of other backends are not
+/// touched, unless the device is absent.
 ///
 /// # Errors
 /// [`Error::Device`] lists the devices that are present. An absent device is never replaced by another.
 pub fn named(id: &str) -> Result<DeviceInfo> {
-    let mut present = devices().devices;
-    let found = present.iter().position(|device| device.id() == id || device.backend == id);
-    found.map(|i| present.swap_remove(i)).ok_or_else(|| absent(id, &present))
+    find(id).ok_or_else(|| absent(id, &devices().devices))
 }
 
 /// The device for a program that asks for none: the first GPU with memory of its own, else any other GPU,
