@@ -57,6 +57,18 @@ impl CpuSession {
         }
     }
 
+    /// A stage of the last batch in the session's own memory, as [`Session::read`] would copy it. `None` for
+    /// a stage that is not kept. The next batch overwrites it.
+    pub fn result(&self, stage: Stage) -> Option<&[f32]> {
+        let values = self.frames * self.rig.rest.len();
+        match stage {
+            Stage::Strain => Some(&self.features),
+            Stage::Positions => Some(self.positions[..values].as_flattened()),
+            Stage::Normals => Some(self.normals[..values].as_flattened()),
+            Stage::LargeScale | Stage::LargeScaleNormals | Stage::Detail => None,
+        }
+    }
+
     /// The batch in runs of consecutive frames that are evaluated together.
     fn runs(&self) -> Vec<Range<usize>> {
         let mut runs = Vec::new();
@@ -127,25 +139,20 @@ impl Session for CpuSession {
     }
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-        let values = self.frames * self.rig.rest.len();
         out.clear();
-        match stage {
-            Stage::Strain => out.extend_from_slice(&self.features),
-            Stage::Positions => out.extend_from_slice(self.positions[..values].as_flattened()),
-            Stage::Normals => out.extend_from_slice(self.normals[..values].as_flattened()),
-            Stage::LargeScale | Stage::LargeScaleNormals | Stage::Detail => {
-                out.resize(3 * values, 0.0);
-                let (out, _) = out.as_chunks_mut::<3>();
-                for run in self.runs() {
-                    let of = |n: usize| run.start * n..run.end * n;
-                    let inputs =
-                        inputs(&run, self.frames, [&self.displacements, &self.motions], &self.features);
-                    let out = &mut out[of(self.rig.rest.len())];
-                    match &mut self.group {
-                        Some(group) if run.len() > 1 => group.stage(&self.rig, inputs, stage, out),
-                        _ => self.one_frame.stage(&self.rig, inputs, stage, out),
-                    }
-                }
+        if let Some(kept) = self.result(stage) {
+            out.extend_from_slice(kept);
+            return Ok(());
+        }
+        out.resize(3 * self.frames * self.rig.rest.len(), 0.0);
+        let (out, _) = out.as_chunks_mut::<3>();
+        for run in self.runs() {
+            let of = |n: usize| run.start * n..run.end * n;
+            let inputs = inputs(&run, self.frames, [&self.displacements, &self.motions], &self.features);
+            let out = &mut out[of(self.rig.rest.len())];
+            match &mut self.group {
+                Some(group) if run.len() > 1 => group.stage(&self.rig, inputs, stage, out),
+                _ => self.one_frame.stage(&self.rig, inputs, stage, out),
             }
         }
         Ok(())
@@ -229,7 +236,9 @@ mod tests {
         for (stage, expected) in Stage::ALL.into_iter().zip(expected) {
             let mut out = Vec::new();
             session.read(stage, &mut out).unwrap();
-            assert!(out.into_iter().map(f32::to_bits).eq(expected), "{stage:?}");
+            assert!(out.iter().map(|x| x.to_bits()).eq(expected), "{stage:?}");
+            let is_kept = matches!(stage, Stage::Strain | Stage::Positions | Stage::Normals);
+            assert_eq!(session.result(stage), is_kept.then_some(&out[..]), "{stage:?}");
         }
     }
 

@@ -298,6 +298,48 @@ impl VulkanSession {
         Ok(())
     }
 
+    /// Waits for the last batch, and computes the stage if the batch left it out.
+    fn complete(&mut self, stage: Stage) -> Result<()> {
+        self.batch.wait()?;
+        if self.plan.is_on_demand(stage) && !self.demanded {
+            self.demand(stage)?;
+        }
+        Ok(())
+    }
+
+    /// Copies a part of a buffer to the begin of `readback`, and waits for the copy.
+    fn fetch(&mut self, from: vk::Buffer, first: usize, bytes: usize) -> Result<()> {
+        let commands = self.transfer.begin()?;
+        let region = region(first, 0, bytes);
+        // SAFETY: both buffers are alive until the copy is done, and the region is within them.
+        unsafe { self.context.device.cmd_copy_buffer(commands, from, self.readback.raw, &[region]) };
+        self.context.barrier(commands, Access::COPY_WRITE, Access::HOST_READ);
+        // SAFETY: the commands are recorded above, and waited for below.
+        unsafe { self.transfer.submit(&[], &[]) }?;
+        self.transfer.wait()
+    }
+
+    /// As [`Session::read`], in the memory of the host to which the device copies: no second copy is made.
+    /// The next call of the session overwrites it. `None` if the stage is in several buffers, or is larger
+    /// than that memory, which has 16 MiB at most.
+    ///
+    /// # Errors
+    /// As [`Session::read`].
+    pub fn map(&mut self, stage: Stage) -> Result<Option<&[f32]>> {
+        let bytes = self.frames * self.plan.frame_bytes(stage);
+        let results = self.result(stage);
+        let [result] = results[..] else { return Ok(None) };
+        if bytes > self.readback.bytes {
+            return Ok(None);
+        }
+        self.complete(stage)?;
+        if bytes > 0 {
+            self.fetch(result.buffer, 0, bytes)?;
+        }
+        self.context.check()?;
+        Ok(Some(bytemuck::cast_slice(&self.readback.mapped()[..bytes])))
+    }
+
     /// The places of the last batch's results on the device, in the order of their frames. The semaphores of
     /// [`VulkanSession::evaluate_with`] tell when the results are complete. A stage that is [on
     /// demand](rhytid_core::plan::Plan::is_on_demand) is complete when it has been read. The next batch
@@ -322,10 +364,7 @@ impl Session for VulkanSession {
     }
 
     fn read(&mut self, stage: Stage, out: &mut Vec<f32>) -> Result<()> {
-        self.batch.wait()?;
-        if self.plan.is_on_demand(stage) && !self.demanded {
-            self.demand(stage)?;
-        }
+        self.complete(stage)?;
         let frame_bytes = self.plan.frame_bytes(stage);
         out.clear();
         out.resize(self.frames * frame_bytes / 4, 0.0);
@@ -333,17 +372,7 @@ impl Session for VulkanSession {
             let end = slice.frames * frame_bytes;
             for first in (0..end).step_by(self.readback.bytes) {
                 let n = (end - first).min(self.readback.bytes);
-                let commands = self.transfer.begin()?;
-                let region = region(first, 0, n);
-                // SAFETY: both buffers are alive until the copy is done, and the region is within them.
-                unsafe {
-                    let device = &self.context.device;
-                    device.cmd_copy_buffer(commands, slice.buffer, self.readback.raw, &[region]);
-                }
-                self.context.barrier(commands, Access::COPY_WRITE, Access::HOST_READ);
-                // SAFETY: the commands are recorded above, and waited for below.
-                unsafe { self.transfer.submit(&[], &[]) }?;
-                self.transfer.wait()?;
+                self.fetch(slice.buffer, first, n)?;
                 let bytes: &mut [u8] = bytemuck::cast_slice_mut(out);
                 let at = slice.first_frame * frame_bytes + first;
                 bytes[at..][..n].copy_from_slice(&self.readback.mapped()[..n]);

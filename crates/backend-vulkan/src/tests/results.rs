@@ -1,5 +1,5 @@
 //! The results of a device are those of the CPU.
-use super::support::{SMALL, Size, assert_close, devices, evaluate, on_cpu, rig, take, validated};
+use super::support::{SMALL, Size, assert_close, devices, evaluate, on_cpu, read, rig, take, validated};
 use crate::Vulkan;
 use crate::context::Clock;
 use rhytid_core::plan::PlanLimits;
@@ -22,6 +22,27 @@ fn batches_of_any_size() {
                 &on_cpu(&rig, options, &positions),
             );
         }
+    }
+}
+
+/// A stage of one buffer has the same numbers in the session's memory. One of several buffers is not lent.
+#[test]
+fn a_stage_in_the_memory_of_the_session() {
+    let rig = rig(SMALL);
+    let options = UploadOptions::frames(3);
+    let positions = take(&rig, 3, 8);
+    for device in devices() {
+        let vulkan = Vulkan::open_with(&device, false).unwrap();
+        let mut session = vulkan.upload_within(&rig, options, vulkan.context.limits).unwrap();
+        session.evaluate(HandleFrames { positions: &positions, frames: 3 }).unwrap();
+        for stage in Stage::ALL {
+            let lent = session.map(stage).unwrap().expect("one small buffer").to_vec();
+            assert_eq!(lent, read(&mut session, stage), "{stage:?}");
+        }
+        let limits = PlanLimits { max_binding_bytes: 8448, ..vulkan.context.limits };
+        let mut session = vulkan.upload_within(&rig, options, limits).unwrap();
+        session.evaluate(HandleFrames { positions: &positions, frames: 3 }).unwrap();
+        assert_eq!(session.map(Stage::Positions).unwrap(), None);
     }
 }
 
