@@ -29,6 +29,11 @@ const LEFT_OUT: &[LeftOut] = &[
     package("xtask-web", "opens the browser's pages in Chromium"),
     target("rhytid-conformance", "devices", "needs drivers; the CPU is conformance's in this check"),
     target("rhytid-conformance", "sessions", "needs drivers, and makes thousands of sessions"),
+    target(
+        "rhytid-capi",
+        "capi",
+        "needs C compilers, valgrind and CMake, which `cargo xtask setup` installs",
+    ),
     target("rhytid-formats", "gltf_memory", "writes much"),
     tests(
         "rhytid-conformance",

@@ -3,7 +3,7 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// Packages that the tests run or are checked with, besides Python and Node.js.
-const PACKAGES: [&str; 27] = [
+const PACKAGES: [&str; 33] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
@@ -15,8 +15,15 @@ const PACKAGES: [&str; 27] = [
     "ocl-icd-opencl-dev",
     "pocl-opencl-icd",
     "oclgrind",
-    // glslang is C++.
+    // glslang is C++. The C interface is used with two compilers, CMake and pkg-config, and under valgrind.
+    // Its example draws with Vulkan: headers, and a compiler for shaders.
     "g++",
+    "clang",
+    "cmake",
+    "pkg-config",
+    "valgrind",
+    "libvulkan-dev",
+    "glslang-tools",
     // wgpu's OpenGL ES backend without a display.
     "libegl1",
     "libgles2",

@@ -1,10 +1,11 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | python | package | deny | fuzz | bench | heads |
-//! collections | clients`
+//! `cargo xtask check | setup | test | prose | kernels | web | capi | python | package | deny | fuzz | bench |
+//! heads | collections | clients`
 #![forbid(unsafe_code)]
 
 mod bench;
+mod capi;
 mod check;
 mod clients;
 mod collections;
@@ -51,6 +52,8 @@ enum Chore {
     },
     /// Build the browser's pages into a folder that any static host serves.
     Web(web::Web),
+    /// Build the C interface, and lay it out as a folder that C and C++ programs install.
+    Capi(capi::Capi),
     /// Build the Python package as a wheel, and try it in empty environments.
     Python(wheel::Python),
     /// Pack every published crate, and check that the packages compile and work for a newcomer.
@@ -84,6 +87,7 @@ fn main() -> ExitCode {
         Chore::Prose => prose::prose(),
         Chore::Kernels { check } => kernels::kernels(check),
         Chore::Web(options) => web::web(&options),
+        Chore::Capi(options) => capi::capi(&options),
         Chore::Python(options) => wheel::python(&options),
         Chore::Package => package::package(),
         Chore::Deny => deny::deny(),

@@ -8,8 +8,15 @@ use std::process::Command;
 
 /// The unpublished members of the workspace. `xtask-kernels` and `xtask-web` are unpublished too, but packed.
 /// With them, the packages' dependencies have the same features as in the tests.
-const PRIVATE: [&str; 6] =
-    ["rhytid-examples", "rhytid-peers", "rhytid-python", "rhytid-test-support", "rhytid-web", "xtask"];
+const PRIVATE: [&str; 7] = [
+    "rhytid-capi",
+    "rhytid-examples",
+    "rhytid-peers",
+    "rhytid-python",
+    "rhytid-test-support",
+    "rhytid-web",
+    "xtask",
+];
 
 /// How a crate of the repository names the library, and how other crates do.
 const LIBRARY: (&str, &str) = ("rhytid = { path = \"../../crates/rhytid\" }", "rhytid = \"*\"");
