@@ -82,6 +82,18 @@ fn the_defaults_are_the_librarys() {
     assert_eq!(basis(0).unwrap(), BasisStorage::default());
 }
 
+/// What the header says of threads holds by the types: this does not compile otherwise.
+#[test]
+fn objects_may_be_used_on_threads_as_the_header_says() {
+    fn by_many_threads<T: Send + Sync>() {}
+    fn by_any_thread<T: Send>() {}
+    by_many_threads::<crate::rig::RhytidRig>();
+    by_many_threads::<crate::take::RhytidTake>();
+    by_many_threads::<crate::devices::RhytidDevices>();
+    by_many_threads::<crate::vulkan::RhytidVulkan>();
+    by_any_thread::<RhytidAnimator>();
+}
+
 #[test]
 fn a_panic_becomes_an_error() {
     assert_eq!(guarded(|| panic!("at the {}", "seams")), RhytidStatus::Internal);
