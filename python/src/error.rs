@@ -33,10 +33,7 @@ fn make<'py>(py: Python<'py>, error: &Error) -> PyResult<Bound<'py, PyAny>> {
         _ => classes.getattr(class)?.call1((sentence,))?,
     };
     if let Error::Input(input) = error {
-        // `MissingMarkers { labels: [..] }` begins with the kind's name.
-        let kind = format!("{:?}", input.kind());
-        let name: String = kind.chars().take_while(|c| c.is_alphanumeric()).collect();
-        exception.setattr("kind", name)?;
+        exception.setattr("kind", input.kind().name())?;
     }
     Ok(exception)
 }
