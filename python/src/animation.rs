@@ -284,8 +284,14 @@ struct Walk {
     animation: Py<Animation>,
     /// The first frame that nobody asked for yet.
     next: usize,
-    asked: VecDeque<(Arc<Monitor>, Receiver<Result<Vec<Data>>>)>,
+    asked: VecDeque<Asked>,
     here: VecDeque<Data>,
+}
+
+/// Frames that are on their way.
+struct Asked {
+    monitor: Arc<Monitor>,
+    receiver: Receiver<Result<Vec<Data>>>,
 }
 
 impl Walk {
@@ -296,7 +302,7 @@ impl Walk {
             let end = (self.next + animation.chunk).min(animation.frames);
             let monitor = Arc::new(Monitor::default());
             let receiver = animation.ask(self.next..end, Arc::clone(&monitor));
-            self.asked.push_back((monitor, receiver));
+            self.asked.push_back(Asked { monitor, receiver });
             self.next = end;
         }
     }
@@ -312,10 +318,10 @@ impl Frames {
         let mut walk = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         if walk.here.is_empty() {
             walk.ask_ahead();
-            let Some((monitor, mut receiver)) = walk.asked.pop_front() else { return Ok(None) };
+            let Some(mut asked) = walk.asked.pop_front() else { return Ok(None) };
             // The next piece is computed while this one is looked at.
             walk.ask_ahead();
-            walk.here = wait(py, None, &monitor, &mut receiver)?.into();
+            walk.here = wait(py, None, &asked.monitor, &mut asked.receiver)?.into();
         }
         walk.here.pop_front().map(|data| Frame::new(py, data)).transpose()
     }
@@ -324,7 +330,7 @@ impl Frames {
 impl Drop for Walk {
     /// Nobody wants what was asked for.
     fn drop(&mut self) {
-        self.asked.iter().for_each(|(monitor, _)| monitor.stop());
+        self.asked.iter().for_each(|asked| asked.monitor.stop());
     }
 }
 

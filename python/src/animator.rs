@@ -30,7 +30,8 @@ impl Animator {
 
 #[pymethods]
 impl Animator {
-    /// Evaluates handle positions as `evaluate`, and returns the vertices' positions: V × 3, or frames × V × 3.
+    /// Evaluates handle positions as `evaluate`, and returns the vertices' positions: V × 3, or frames × V ×
+    /// 3.
     fn __call__<'py>(
         &self,
         py: Python<'py>,

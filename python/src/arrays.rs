@@ -22,8 +22,8 @@ pub(crate) fn array<'py, T: Element>(
 /// Anything that NumPy makes an array of numbers of.
 pub(crate) type Numbers<'py, T> = PyArrayLikeDyn<'py, T, AllowTypeChange>;
 
-/// Rows of three numbers out of an array of any number of axes, the last of them of length 3. `what` names the
-/// array in errors.
+/// Rows of three numbers out of an array of any number of axes, the last of them of length 3. `what` names
+/// the array in errors.
 ///
 /// # Errors
 /// `ValueError` for another shape.

@@ -23,9 +23,11 @@ pub(crate) struct Face {
 
 #[pymethods]
 impl Face {
-    /// From arrays: V × 3 vertices, faces as lists of vertices, pairs of a label and a vertex for the handles,
-    /// and pairs of a name and V × 3 positions for the examples.
+    /// From arrays: V × 3 vertices, faces as lists of vertices, pairs of a label and a vertex for the
+    /// handles, and pairs of a name and V × 3 positions for the examples.
     #[new]
+    // They are keywords in Python.
+    #[allow(clippy::too_many_arguments)]
     #[pyo3(signature = (vertices, faces, handles, examples=Vec::new(), *, unit="cm", up="y", name="face"))]
     fn new(
         py: Python<'_>,

@@ -68,7 +68,8 @@ impl Take {
             }
             _ => return Err(PyValueError::new_err("give either rate or times")),
         };
-        if let Some(frame) = times.windows(2).position(|pair| !(pair[1] > pair[0])) {
+        let rises = |pair: &[f64]| pair[0] < pair[1];
+        if let Some(frame) = times.windows(2).position(|pair| !rises(pair)) {
             return Err(PyValueError::new_err(format!(
                 "times has to rise, and that of frame {} is {} after {}",
                 frame + 1,

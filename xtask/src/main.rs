@@ -1,7 +1,7 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | capi | python | package | deny | fuzz | bench |
-//! heads | collections | clients`
+//! `cargo xtask check | setup | test | prose | kernels | web | capi | python | package | deny | fuzz |
+//! bench | heads | collections | clients`
 #![forbid(unsafe_code)]
 
 mod bench;

@@ -18,7 +18,8 @@ pub(crate) struct Python {
     out: PathBuf,
 }
 
-/// Builds the wheel and the sources, and tries the wheel in an empty environment of each Python, without Rust.
+/// Builds the wheel and the sources, and tries the wheel in an empty environment of each Python, without
+/// Rust.
 pub(crate) fn python(options: &Python) -> Result {
     let python = python::package()?;
     if options.stubs {

@@ -4,9 +4,9 @@ use crate::args::command;
 use clap::{Arg, ArgAction};
 use serde_json::{Value, json};
 
-/// Each command that prints JSON, with its options: name, help, whether it is a flag, whether it may be given
-/// several times, whether it is required, its choices and its default. An option without a name on the command
-/// line is a place, such as `RIG`. Options of all commands are left out.
+/// Each command that prints JSON, with its options: name, help, whether it is a flag, whether it may be
+/// given several times, whether it is required, its choices and its default. An option without a name on the
+/// command line is a place, such as `RIG`. Options of all commands are left out.
 pub fn option_list() -> Value {
     let mut command = command();
     command.build();

@@ -5,9 +5,9 @@
 #[cfg(target_os = "linux")]
 const RUNTIME_DIR: &str = "XDG_RUNTIME_DIR";
 
-/// Starts the executable of this process anew with `XDG_RUNTIME_DIR` set, if that is not set. Without it, some
-/// drivers write errors of their own. A process cannot safely change its own environment once threads may read
-/// it. So this comes first in `main`, before anything is read or written.
+/// Starts the executable of this process anew with `XDG_RUNTIME_DIR` set, if that is not set. Without it,
+/// some drivers write errors of their own. A process cannot safely change its own environment once threads
+/// may read it. So this comes first in `main`, before anything is read or written.
 #[cfg(target_os = "linux")]
 pub fn restart_if_needed() {
     use std::os::unix::process::CommandExt;
