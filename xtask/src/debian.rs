@@ -3,7 +3,7 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// Packages that the tests run or are checked with, besides Python and Node.js.
-const PACKAGES: [&str; 33] = [
+const PACKAGES: [&str; 34] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
@@ -20,6 +20,7 @@ const PACKAGES: [&str; 33] = [
     "g++",
     "clang",
     "cmake",
+    "make",
     "pkg-config",
     "valgrind",
     "libvulkan-dev",

@@ -3,23 +3,28 @@ use crate::support::{FILES, GCC, GXX, command, has, own, said};
 use rhytid::core::Backend;
 use rhytid::devices::vulkan::Vulkan;
 use rhytid_test_support::skip;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Whether a device and Vulkan's headers are here.
+/// What these tests need of Vulkan beyond a device.
+const NEEDED: [&str; 2] =
+    ["/usr/include/vulkan/vulkan.h", "/usr/share/vulkan/explicit_layer.d/VkLayer_khronos_validation.json"];
+
+/// Whether a device, Vulkan's headers and its validation layer are here.
 #[track_caller]
 fn has_vulkan() -> bool {
-    if Vulkan::devices().is_ok_and(|devices| !devices.is_empty())
-        && PathBuf::from("/usr/include/vulkan/vulkan.h").is_file()
-    {
+    let has_device = Vulkan::devices().is_ok_and(|devices| !devices.is_empty());
+    if has_device && NEEDED.iter().all(|file| Path::new(file).is_file()) {
         return true;
     }
-    skip("there is no Vulkan device, or no libvulkan-dev: `cargo xtask setup` installs them");
+    skip(
+        "a Vulkan device, its headers or its validation layer is missing: `cargo xtask setup` installs them",
+    );
     false
 }
 
 /// The pixels of a picture: rows of RGB.
-fn pixels(path: &std::path::Path) -> Vec<[u8; 3]> {
+fn pixels(path: &Path) -> Vec<[u8; 3]> {
     let bytes = std::fs::read(path).unwrap();
     let header = b"P6\n768 768\n255\n";
     assert!(bytes.starts_with(header));
@@ -46,7 +51,11 @@ fn the_example_draws_with_the_buffers() {
     let Some(program) = GXX.build("examples/draw_take.cpp", &flags) else { return };
     let draw = |frame: &str| {
         let picture = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("draw_take_{frame}.ppm"));
-        said(command(&program).args([&FILES.rig_file, &FILES.take_file]).arg(frame).arg(&picture));
+        let mut draw = command(&program);
+        draw.env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation");
+        // The layer writes its messages to standard output.
+        let said = said(draw.args([&FILES.rig_file, &FILES.take_file]).arg(frame).arg(&picture));
+        assert_eq!(said.lines().count(), 1, "{said}");
         pixels(&picture)
     };
     let (first, later) = (draw("0"), draw("19"));
@@ -60,6 +69,22 @@ fn the_example_draws_with_the_buffers() {
     // Lit from the upper left: the forehead's left is brighter than its right.
     let light = |x: usize| (150..250).map(|y| u32::from(first[768 * y + x][0])).sum::<u32>();
     assert!(light(300) > light(468), "{} and {}", light(300), light(468));
+}
+
+/// Vulkan's validation layer sees two threads in the same queue, and all else that is wrong.
+#[test]
+fn two_threads_share_a_queue() {
+    if !has_vulkan() {
+        return;
+    }
+    let Some(program) = GCC.build("tests/capi/programs/queue.c", &["-lvulkan", "-Wno-pedantic"]) else {
+        return;
+    };
+    let mut play = command(program);
+    play.env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation");
+    // The layer writes its messages to standard output.
+    let said = said(play.args([&FILES.rig_file, &FILES.take_file]));
+    assert_eq!(said.trim(), "the queue is shared");
 }
 
 #[test]

@@ -3,14 +3,21 @@ use crate::support::own;
 use std::path::PathBuf;
 
 /// The sources in the order of the header.
-const SOURCES: [&str; 7] =
-    ["version.rs", "status.rs", "enums.rs", "rig.rs", "take.rs", "devices.rs", "animator.rs"];
-const VULKAN: &str = "vulkan/mod.rs";
+const SOURCES: [&str; 8] = [
+    "version.rs",
+    "status.rs",
+    "enums.rs",
+    "rig.rs",
+    "take.rs",
+    "devices.rs",
+    "animator.rs",
+    "vulkan/mod.rs",
+];
 
 fn generated() -> String {
     let config = cbindgen::Config::from_file(own().join("cbindgen.toml")).unwrap();
     let mut builder = cbindgen::Builder::new().with_config(config);
-    for source in SOURCES.into_iter().chain([VULKAN]) {
+    for source in SOURCES {
         builder = builder.with_src(own().join("src").join(source));
     }
     let mut bytes = Vec::new();
