@@ -92,14 +92,7 @@ impl Outcome {
 
 /// The name of a stage's result, for test names.
 pub fn stage_name(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Strain => "strain",
-        Stage::LargeScale => "large_scale",
-        Stage::LargeScaleNormals => "large_scale_normals",
-        Stage::Detail => "detail",
-        Stage::Positions => "positions",
-        Stage::Normals => "normals",
-    }
+    stage.name()
 }
 
 pub(crate) fn read_stage_name<'de, D: Deserializer<'de>>(from: D) -> Result<&'static str, D::Error> {

@@ -1,11 +1,8 @@
 //! The animator: a [`Session`] whose input is checked.
-use crate::{Backend, BasisStorage, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
+use crate::{Backend, Error, HandleFrames, Result, Rig, Session, Stage, UploadOptions};
 use std::time::Duration;
 
-/// The largest fp16 number.
-const LARGEST_FP16: f32 = 65504.0;
-
-/// Drives a [`Session`] with validated input: the one place where handle positions are checked.
+/// Drives a [`Session`] with validated input.
 #[derive(Debug)]
 pub struct Animator<S> {
     session: S,
@@ -21,22 +18,9 @@ impl<S: Session> Animator<S> {
     /// [`Error::Input`] if `max_frames` is 0, or the basis does not fit into its storage;
     /// [`Error::Device`].
     pub fn new<B: Backend<Session = S>>(backend: &B, rig: &Rig, options: UploadOptions) -> Result<Self> {
-        let max_frames = options.max_frames;
-        if max_frames == 0 {
-            return Err(Error::out_of_range("a batch has at least 1 frame, found max_frames = 0"));
-        }
-        if options.basis == BasisStorage::F16
-            && let Some(i) = rig.basis().as_slice().iter().position(|b| b.abs() > LARGEST_FP16)
-        {
-            return Err(Error::out_of_range(format!(
-                "the basis of vertex {} has the number {}, expected at most {LARGEST_FP16} in size to be stored as \
-                 fp16; store it as f32",
-                i / rig.handles().len(),
-                rig.basis().as_slice()[i]
-            )));
-        }
+        options.check(rig)?;
         let session = backend.upload(rig, options)?;
-        Ok(Self { session, handles: rig.handles().len(), max_frames, evaluated: false })
+        Ok(Self { session, handles: rig.handles().len(), max_frames: options.max_frames, evaluated: false })
     }
 
     /// The same, behind one type for every backend.
@@ -70,31 +54,9 @@ impl<S: Session> Animator<S> {
         positions: &[f32],
         evaluate: impl FnOnce(&mut S, HandleFrames<'_>) -> Result<()>,
     ) -> Result<()> {
-        let per_frame = self.handles * 3;
-        let frames = positions.len() / per_frame;
-        if frames * per_frame != positions.len() || frames == 0 {
-            return Err(Error::mismatch(format!(
-                "a batch of handle positions has {} numbers, expected a multiple of {} handles × 3 above 0",
-                positions.len(),
-                self.handles
-            )));
-        }
-        if frames > self.max_frames {
-            return Err(Error::too_large(format!(
-                "a batch has {frames} frames, expected at most {}: split it or make more room",
-                self.max_frames
-            )));
-        }
-        if let Some(i) = positions.iter().position(|x| !x.is_finite()) {
-            return Err(Error::out_of_range(format!(
-                "frame {} of a batch: handle {} is at {}, expected a finite position",
-                i / per_frame,
-                i % per_frame / 3,
-                positions[i]
-            )));
-        }
+        let frames = HandleFrames::checked(positions, self.handles, self.max_frames)?;
         self.evaluated = false;
-        evaluate(&mut self.session, HandleFrames { positions, frames })?;
+        evaluate(&mut self.session, frames)?;
         self.evaluated = true;
         Ok(())
     }

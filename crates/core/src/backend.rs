@@ -1,10 +1,13 @@
 //! The traits by which any device evaluates a rig, and the description of a device.
 use crate::listed::listed;
-use crate::{Animator, ClusteredBasis, Result, Rig};
+use crate::{Animator, ClusteredBasis, Error, Result, Rig};
 use half::f16;
 use rayon::prelude::*;
 use rhytid_kernels::Real;
 use std::time::Duration;
+
+/// The largest fp16 number.
+const LARGEST_FP16: f32 = 65504.0;
 
 listed! {
     /// One result of the runtime. With stages, a difference between devices can be traced to one kernel.
@@ -30,6 +33,18 @@ listed! {
 }
 
 impl Stage {
+    /// Its name in reports and in programs of other languages.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Strain => "strain",
+            Self::LargeScale => "large_scale",
+            Self::LargeScaleNormals => "large_scale_normals",
+            Self::Detail => "detail",
+            Self::Positions => "positions",
+            Self::Normals => "normals",
+        }
+    }
+
     /// Numbers this stage has per frame for `rig`.
     pub fn values_per_frame<T: Real>(self, rig: &Rig<T>) -> usize {
         match self {
@@ -48,6 +63,39 @@ pub struct HandleFrames<'a> {
     pub frames: usize,
 }
 
+impl<'a> HandleFrames<'a> {
+    /// These positions as frames of a rig with H handles, at least 1. This is the one place where handle
+    /// positions are checked.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the length is not a multiple of 3 H, or the batch is empty or larger than
+    /// `max_frames`. [`Error::Input`] if a number is not finite.
+    pub fn checked(positions: &'a [f32], handles: usize, max_frames: usize) -> Result<Self> {
+        let per_frame = handles * 3;
+        let frames = positions.len() / per_frame;
+        if frames * per_frame != positions.len() || frames == 0 {
+            return Err(Error::mismatch(format!(
+                "a batch of handle positions has {} numbers, expected a multiple of {handles} handles × 3 above 0",
+                positions.len()
+            )));
+        }
+        if frames > max_frames {
+            return Err(Error::too_large(format!(
+                "a batch has {frames} frames, expected at most {max_frames}: split it or make more room"
+            )));
+        }
+        if let Some(i) = positions.iter().position(|x| !x.is_finite()) {
+            return Err(Error::out_of_range(format!(
+                "frame {} of a batch: handle {} is at {}, expected a finite position",
+                i / per_frame,
+                i % per_frame / 3,
+                positions[i]
+            )));
+        }
+        Ok(Self { positions, frames })
+    }
+}
+
 /// How a rig is made resident.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct UploadOptions {
@@ -61,6 +109,27 @@ impl UploadOptions {
     /// For batches of up to `max_frames` frames, everything in `f32`.
     pub const fn frames(max_frames: usize) -> Self {
         Self { max_frames, basis: BasisStorage::F32 }
+    }
+
+    /// Checks that `rig` can be made resident in this way.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if `max_frames` is 0, or the basis does not fit into its storage.
+    pub fn check(&self, rig: &Rig) -> Result<()> {
+        if self.max_frames == 0 {
+            return Err(Error::out_of_range("a batch has at least 1 frame, found max_frames = 0"));
+        }
+        if self.basis == BasisStorage::F16
+            && let Some(i) = rig.basis().as_slice().iter().position(|b| b.abs() > LARGEST_FP16)
+        {
+            return Err(Error::out_of_range(format!(
+                "the basis of vertex {} has the number {}, expected at most {LARGEST_FP16} in size to be stored as \
+                 fp16; store it as f32",
+                i / rig.handles().len(),
+                rig.basis().as_slice()[i]
+            )));
+        }
+        Ok(())
     }
 }
 
@@ -200,7 +269,7 @@ pub trait Backend: Sized + Send + Sync + 'static {
     /// [`crate::Error::Device`].
     fn open(device: &DeviceInfo) -> Result<Self>;
 
-    /// Makes `rig` resident. [`crate::Animator`] has checked `options`.
+    /// Makes `rig` resident. [`crate::Animator`] has [checked](UploadOptions::check) `options`.
     ///
     /// # Errors
     /// [`crate::Error::Device`]: out of memory, unsupported, driver.
