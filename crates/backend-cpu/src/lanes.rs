@@ -1,7 +1,7 @@
 //! Registers of numbers with the operations of the references' vector functions. The functions then compute
 //! several vertices or frames at once, with the same bits as for one.
 use pulp::Simd;
-use rhytid_kernels::Number;
+use rhytid_kernels::{IS_FUSED, Number};
 use std::ops::{Add, Div, Mul, Sub};
 
 /// One register of numbers.
@@ -99,6 +99,6 @@ impl<S: Simd> Number for Lanes<S> {
     }
     #[inline(always)]
     fn mul_add(self, y: Self, sum: Self) -> Self {
-        Self(self.0, self.0.mul_add_f32s(self.1, y.1, sum.1))
+        if IS_FUSED { Self(self.0, self.0.mul_add_f32s(self.1, y.1, sum.1)) } else { self * y + sum }
     }
 }

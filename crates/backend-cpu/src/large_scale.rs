@@ -377,17 +377,17 @@ impl<R> Frame<'_, R> {
         let panels = rows.chunks_exact(u.len()).zip(rest.chunks(PANEL).zip(out.chunks_mut(PANEL)));
         for (rows, (rest, out)) in panels {
             for first in (0..PANEL / S::F32_LANES).step_by(REGISTERS) {
-                let mut sums = [[simd.splat_f32s(0.0); 3]; REGISTERS];
+                let mut sums = [[Lanes::splat(simd, 0.0); 3]; REGISTERS];
                 for (rows, u) in rows.iter().zip(u) {
-                    let u = u.map(|u| simd.splat_f32s(u));
+                    let u = splat3(simd, u);
                     for (i, sum) in sums.iter_mut().enumerate() {
-                        let b = rows.load(simd, first + i);
+                        let b = Lanes(simd, rows.load(simd, first + i));
                         for (sum, u) in sum.iter_mut().zip(u) {
-                            *sum = simd.mul_add_f32s(b, u, *sum);
+                            *sum = b.mul_add(u, *sum);
                         }
                     }
                 }
-                let sums = [0, 1, 2].map(|axis| sums.map(|sum| sum[axis]));
+                let sums = [0, 1, 2].map(|axis| sums.map(|sum| sum[axis].1));
                 let [x, y, z] = sums.each_ref().map(|sum| bytemuck::cast_slice::<_, f32>(sum));
                 let first = (first * S::F32_LANES).min(out.len());
                 let all = out[first..].iter_mut().zip(&rest[first..]).zip(x.iter().zip(y).zip(z));

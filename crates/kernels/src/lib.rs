@@ -40,5 +40,5 @@ pub mod tile;
 pub mod vec3;
 pub mod vector_differences;
 
-pub use number::Number;
+pub use number::{IS_FUSED, Number};
 pub use real::Real;
