@@ -1,7 +1,7 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | capi | python | package | deny | fuzz |
-//! bench | heads | collections | clients`
+//! `cargo xtask check | setup | test | prose | kernels | web | player | capi | python | package | deny |
+//! fuzz | bench | heads | collections | clients`
 #![forbid(unsafe_code)]
 
 mod bench;
@@ -52,6 +52,8 @@ enum Chore {
     },
     /// Build the browser's pages into a folder that any static host serves.
     Web(web::Web),
+    /// Build the npm package @rhytid/player, with which three.js draws faces.
+    Player(web::Player),
     /// Build the C interface, and lay it out as a folder that C and C++ programs install.
     Capi(capi::Capi),
     /// Build the Python package as a wheel, and try it in empty environments.
@@ -87,6 +89,7 @@ fn main() -> ExitCode {
         Chore::Prose => prose::prose(),
         Chore::Kernels { check } => kernels::kernels(check),
         Chore::Web(options) => web::web(&options),
+        Chore::Player(options) => web::player(&options),
         Chore::Capi(options) => capi::capi(&options),
         Chore::Python(options) => wheel::python(&options),
         Chore::Package => package::package(),

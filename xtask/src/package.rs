@@ -6,8 +6,8 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The unpublished members of the workspace. `xtask-kernels` and `xtask-web` are unpublished too, but packed.
-/// With them, the packages' dependencies have the same features as in the tests.
+/// The unpublished members of the workspace. `rhytid-player`, `xtask-kernels` and `xtask-web` are unpublished
+/// too, but packed. With them, the packages' dependencies have the same features as in the tests.
 const PRIVATE: [&str; 7] = [
     "rhytid-capi",
     "rhytid-examples",

@@ -1,19 +1,22 @@
 //! `cargo xtask web`: builds the browser's pages, prints their sizes, and serves them on request.
+//! `cargo xtask player` builds the npm package instead.
 #![forbid(unsafe_code)]
 
 use clap::Parser;
 use std::net::SocketAddr;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use xtask_web::{Result, Server, Size, Warnings, build};
+use xtask_web::{Result, Server, Size, Warnings, build, build_player};
 
-/// The same options as in `xtask/src/web.rs`, which passes them on.
+/// The same options as in `xtask/src/web.rs`, which passes them on. `player` stands for `cargo xtask player`.
 #[derive(Parser)]
 struct Web {
     #[arg(long)]
     out: PathBuf,
     #[arg(long)]
     serve: Option<SocketAddr>,
+    #[arg(long)]
+    player: bool,
 }
 
 fn main() -> ExitCode {
@@ -27,7 +30,11 @@ fn main() -> ExitCode {
 }
 
 fn web(options: &Web) -> Result {
-    let files = build(&options.out, Warnings::Show)?;
+    let files = if options.player {
+        build_player(&options.out, Warnings::Show)?
+    } else {
+        build(&options.out, Warnings::Show)?
+    };
     let kilobytes = |bytes: u64| bytes as f64 / 1e3;
     println!("{}:", options.out.display());
     for Size { name, bytes, is_data } in &files {

@@ -1,8 +1,9 @@
 //! The pages in a browser: Chromium, whose WebGPU runs on SwiftShader, opens what `cargo xtask web` builds
-//! from a server on this machine.
+//! from a server on this machine. `player` does the same with what `cargo xtask player` builds.
 mod conformance;
 mod files;
 mod pages;
+mod player;
 mod touch;
 mod viewer;
 

@@ -108,7 +108,7 @@ fn picture(found: &Value) -> (u32, u32, Vec<u8>) {
 }
 
 /// Width, height and bytes of a PNG.
-fn decoded(png: &[u8]) -> (u32, u32, Vec<u8>) {
+pub(crate) fn decoded(png: &[u8]) -> (u32, u32, Vec<u8>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(png)).read_info().unwrap();
     let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut pixels).unwrap();
@@ -124,7 +124,7 @@ pub(crate) fn shows_face(png: &[u8]) -> bool {
 }
 
 /// The share of the pixels that differ by more than a little.
-fn differ(a: &[u8], b: &[u8]) -> f64 {
+pub(crate) fn differ(a: &[u8], b: &[u8]) -> f64 {
     let pairs = a.as_chunks::<4>().0.iter().zip(b.as_chunks::<4>().0);
     let off = pairs.filter(|(a, b)| (0..3).any(|c| a[c].abs_diff(b[c]) > 6)).count();
     off as f64 / (a.len() / 4) as f64
