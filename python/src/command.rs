@@ -86,32 +86,20 @@ pub(crate) fn callback<'py>(
     Ok(Some(found).filter(|found| !found.is_none()))
 }
 
-/// The name of a stage in Python, such as `large_scale`.
-pub(crate) fn stage_name(stage: Stage) -> String {
-    let mut name = String::new();
-    for c in format!("{stage:?}").chars() {
-        if c.is_ascii_uppercase() && !name.is_empty() {
-            name.push('_');
-        }
-        name.push(c.to_ascii_lowercase());
-    }
-    name
-}
-
 /// The stage of this name.
 ///
 /// # Errors
 /// `ValueError` with the names that there are.
 pub(crate) fn stage_named(name: &str) -> PyResult<Stage> {
-    Stage::ALL.into_iter().find(|stage| stage_name(*stage) == name).ok_or_else(|| {
+    Stage::ALL.into_iter().find(|stage| stage.name() == name).ok_or_else(|| {
         PyValueError::new_err(format!("there is no stage “{name}”, expected one of {}", stages().join(", ")))
     })
 }
 
 /// The names of all stages, in the order of the computation.
 #[pyfunction]
-pub(crate) fn stages() -> Vec<String> {
-    Stage::ALL.into_iter().map(stage_name).collect()
+pub(crate) fn stages() -> Vec<&'static str> {
+    Stage::ALL.into_iter().map(Stage::name).collect()
 }
 
 /// The kinds of channels that a frame can have, each with whether it is there by default.
