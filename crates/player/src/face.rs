@@ -120,9 +120,11 @@ impl Face {
             |(name, rest): (&String, &[f32; 3])| json!({ "name": name, "rest": rest.map(f64::from) });
         let mut materials = Vec::new();
         let mut textures = Vec::new();
-        for of_rig in surface.materials.iter() {
+        if let Some(of_rig) = &surface.materials {
             materials.extend(of_rig.list.iter().map(|material| look_facts(&material.name, &material.look())));
-            textures.extend(of_rig.textures.iter().map(|texture| texture.format().map(|f| f.mime())));
+            textures.extend(
+                of_rig.textures.iter().map(|texture| texture.format().map(rhytid_core::TextureFormat::mime)),
+            );
         }
         materials.push(look_facts("", &Materials::look_without()));
         json!({
