@@ -2,8 +2,8 @@
 use crate::Drawing;
 use rhytid_backend_cpu::{Cpu, CpuSession};
 use rhytid_core::{
-    Animator, BasisStorage, HandleFrames, Look, Materials, Result, Rig, Stage, Transparency, UploadOptions,
-    rig_file,
+    Animator, BasisStorage, HandleFrames, Look, Materials, Result, Rig, Stage, Texture, TextureFormat,
+    Transparency, UploadOptions, rig_file,
 };
 use serde_json::{Value, json};
 
@@ -122,9 +122,8 @@ impl Face {
         let mut textures = Vec::new();
         if let Some(of_rig) = &surface.materials {
             materials.extend(of_rig.list.iter().map(|material| look_facts(&material.name, &material.look())));
-            textures.extend(
-                of_rig.textures.iter().map(|texture| texture.format().map(rhytid_core::TextureFormat::mime)),
-            );
+            let mime = |texture: &Texture| texture.format().map(TextureFormat::mime);
+            textures.extend(of_rig.textures.iter().map(mime));
         }
         materials.push(look_facts("", &Materials::look_without()));
         json!({
