@@ -84,6 +84,10 @@ def make(command: dict[str, Any]) -> Callable[..., Result]:
                 line += [files.word(place["name"], each) for each in values]
             known = {python_name(option["name"]): option["name"] for option in keywords}
             chosen = {known[key]: value for key, value in bound.arguments.items() if key in known}
+            in_memory = (_rhytid.Face, _rhytid.Rig, _rhytid.Take)
+            for key, value in chosen.items():
+                if isinstance(value, in_memory):
+                    chosen[key] = files.word(key, value)
             return Result(_rhytid.call(line + words(chosen), callback(progress)))
 
     kinds = inspect.Parameter

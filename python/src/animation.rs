@@ -8,7 +8,7 @@ use crate::error::exception;
 use crate::take::Take;
 use crate::work::{Monitor, guarded, wait, work};
 use numpy::PyArrayDyn;
-use pyo3::exceptions::{PyIndexError, PyKeyError, PyTypeError};
+use pyo3::exceptions::{PyIndexError, PyKeyError, PyRuntimeError, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PySlice};
 use rhytid::core::DeviceInfo;
@@ -315,7 +315,10 @@ impl Frames {
     }
 
     fn __next__(&self, py: Python<'_>) -> PyResult<Option<Frame>> {
-        let mut walk = self.state.lock().unwrap_or_else(PoisonError::into_inner);
+        // A thread that waited for the lock with Python's lock in its hands would wait for ever.
+        let Ok(mut walk) = self.state.try_lock() else {
+            return Err(PyRuntimeError::new_err("another thread is at this walk; begin one for each thread"));
+        };
         if walk.here.is_empty() {
             walk.ask_ahead();
             let Some(mut asked) = walk.asked.pop_front() else { return Ok(None) };

@@ -8,6 +8,7 @@ use crate::work::work;
 use numpy::PyArrayDyn;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use pythonize::pythonize;
 use rhytid::core::{Example, Faces, Handles, LengthUnit, Mesh, Settings, UpAxis, VertexId};
 use rhytid::formats::Reach;
@@ -21,20 +22,39 @@ pub(crate) struct Face {
     path: Option<PathBuf>,
 }
 
+/// The names and values of a dictionary, or of a list of pairs.
+///
+/// # Errors
+/// `TypeError` for anything else.
+fn pairs<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
+    named: &Bound<'py, PyAny>,
+) -> PyResult<Vec<(String, T)>> {
+    let items = match named.cast::<PyDict>() {
+        Ok(dictionary) => dictionary.items().into_any(),
+        Err(_) => named.clone(),
+    };
+    let mut found = Vec::new();
+    for item in items.try_iter()? {
+        let (name, value): (String, Bound<'py, PyAny>) = item?.extract()?;
+        found.push((name, value.extract().map_err(Into::into)?));
+    }
+    Ok(found)
+}
+
 #[pymethods]
 impl Face {
-    /// From arrays: V × 3 vertices, faces as lists of vertices, pairs of a label and a vertex for the
-    /// handles, and pairs of a name and V × 3 positions for the examples.
+    /// From arrays: V × 3 vertices, and faces as lists of vertices. The handles are vertices by their labels,
+    /// and the examples are V × 3 positions by their names: dictionaries, or pairs.
     #[new]
     // They are keywords in Python.
     #[allow(clippy::too_many_arguments)]
-    #[pyo3(signature = (vertices, faces, handles, examples=Vec::new(), *, unit="cm", up="y", name="face"))]
+    #[pyo3(signature = (vertices, faces, handles, examples=None, *, unit="cm", up="y", name="face"))]
     fn new(
         py: Python<'_>,
         vertices: Numbers<'_, f64>,
         faces: Vec<Vec<u32>>,
-        handles: Vec<(String, u32)>,
-        examples: Vec<(String, Numbers<'_, f64>)>,
+        handles: &Bound<'_, PyAny>,
+        examples: Option<&Bound<'_, PyAny>>,
         unit: &str,
         up: &str,
         name: &str,
@@ -50,19 +70,23 @@ impl Face {
             "z" => UpAxis::Z,
             _ => return Err(PyValueError::new_err(format!("up is “{up}”, expected \"y\" or \"z\""))),
         };
-        let examples = examples.into_iter().map(|(name, positions)| {
+        let mut placed = Handles::default();
+        for (label, vertex) in pairs::<u32>(handles)? {
+            placed.labels.push(label);
+            placed.points.push(VertexId(vertex).into());
+        }
+        let mut poses = Vec::new();
+        for (name, positions) in examples.map(pairs::<Numbers<'_, f64>>).transpose()?.into_iter().flatten() {
             let positions = triples(&positions, &format!("the example “{name}”"))?;
-            Ok(Example { name, positions, mirror: false, noise: None })
-        });
-        let points = handles.iter().map(|(_, v)| VertexId(*v).into()).collect();
-        let labels = handles.into_iter().map(|(label, _)| label).collect();
+            poses.push(Example { name, positions, mirror: false, noise: None });
+        }
         let face = rhytid::Face {
             name: name.to_owned(),
             neutral: Mesh { positions, faces: polygons, ..Mesh::default() },
             metres_per_unit: unit.metres,
             up_axis,
-            handles: Handles { labels, points },
-            examples: examples.collect::<PyResult<_>>()?,
+            handles: placed,
+            examples: poses,
             prior: None,
             settings: Settings::default(),
         };

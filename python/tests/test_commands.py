@@ -1,9 +1,10 @@
 """The functions of the program's commands."""
 
 import json
+import re
+import shutil
 import subprocess
 import sys
-from pathlib import Path
 
 import numpy as np
 
@@ -52,6 +53,35 @@ def test_a_raw_take_is_prepared(demo, rig, take, tmp_path):
     clean = tmp_path / "clean.csv"
     rhytid.prepare(demo / "performance.csv", rig=demo / "face.safetensors", output=clean, fps=15)
     assert rhytid.Take.open(clean, rig).rate == 15
+
+
+def test_devices_and_scans_are_judged(rig, take, demo):
+    report = rhytid.conform(device="cpu:0", quick=True)
+    theirs = printed("conform", "--device", "cpu:0", "--quick")
+    assert report.keys() == theirs.keys()
+    verdicts = {outcome["verdict"] for device in report["devices"] for outcome in device["outcomes"]}
+    assert verdicts == {"Pass"}
+    plan = rhytid.coverage(rig, take, plan=2)
+    assert plan == printed("coverage", demo / "face.safetensors", demo / "performance.csv", "--plan", "2")
+
+
+def test_wrinkles_go_to_another_face(demo, rig, tmp_path):
+    # Another face: the same one, an eighth wider, without scans of its own.
+    wider = []
+    for line in (demo / "neutral.obj").read_text().splitlines():
+        if line.startswith("v "):
+            x, y, z = map(float, line.split()[1:4])
+            line = f"v {1.125 * x} {y} {z}"
+        wider.append(line)
+    (tmp_path / "neutral.obj").write_text("\n".join(wider))
+    shutil.copy(demo / "markers.csv", tmp_path)
+    project = (demo / "face.toml").read_text()
+    without = re.sub(r"\[\[example\]\]\nname = .*\nmesh = .*\n", "", project)
+    assert without != project
+    (tmp_path / "face.toml").write_text(without)
+    rhytid.transfer(from_=rig, to=tmp_path / "face.toml", output=tmp_path / "other.safetensors")
+    other = rhytid.Rig.open(tmp_path / "other.safetensors")
+    assert other.examples == rig.examples and np.ptp(other.vertices[:, 0]) > 1.1 * np.ptp(rig.vertices[:, 0])
 
 
 def test_a_picture_has_pixels(rig, take, tmp_path):

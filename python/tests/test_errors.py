@@ -34,7 +34,9 @@ def test_errors_are_of_their_kinds(demo, rig, take, tmp_path):
     with pytest.raises(ValueError, match="from arrays"):
         rhytid.evaluate(rhytid.Face([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], [("a", 0)]))
     with pytest.raises(rhytid.InputError):
-        rhytid.Face([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 7]], [("a", 0)])
+        rhytid.Face([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 7]], {"a": 0})
+    with pytest.raises(TypeError):
+        rhytid.Face([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], {"a": "chin"})
     assert not list(tmp_path.iterdir())
 
 

@@ -3,6 +3,8 @@
 import gc
 import subprocess
 import sys
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -84,6 +86,38 @@ def test_a_walk_may_be_left_and_frames_be_asked_for_meanwhile(rig, take):
     assert len(list(animation)) == len(take)
 
 
+def test_threads_share_an_animation(rig, take):
+    animation = rig.play(take, device="cpu:0")
+    alone = [frame.positions for frame in animation]
+    seen = []
+
+    def walk():
+        for number, frame in enumerate(animation):
+            assert np.array_equal(frame.positions, alone[number])
+        seen.append(number)
+
+    threads = [threading.Thread(target=walk) for _ in range(3)]
+    [thread.start() for thread in threads]
+    [thread.join() for thread in threads]
+    assert seen == [len(take) - 1] * 3
+    # Two threads on one walk: whoever comes second is told.
+    one = iter(animation)
+    told = []
+
+    def walk_together():
+        try:
+            for frame in one:
+                time.sleep(0.0001)
+        except RuntimeError as error:
+            told.append(str(error))
+
+    threads = [threading.Thread(target=walk_together) for _ in range(4)]
+    [thread.start() for thread in threads]
+    [thread.join(60) for thread in threads]
+    assert not any(thread.is_alive() for thread in threads)
+    assert all("another thread" in error for error in told)
+
+
 def test_a_face_of_arrays_is_that_of_the_project(face, rig):
     examples = {}
     folder = face.path.parent / "poses"
@@ -91,7 +125,7 @@ def test_a_face_of_arrays_is_that_of_the_project(face, rig):
         lines = (folder / f"{name}.obj").read_text().splitlines()
         examples[name] = np.array([line.split()[1:4] for line in lines if line.startswith("v ")], dtype=float)
     handles = dict(zip(face.labels, nearest(face.vertices, rig.handles)))
-    made = rhytid.Face(face.vertices, face.faces, list(handles.items()), list(examples.items()), name=face.name)
+    made = rhytid.Face(face.vertices, face.faces, handles, list(examples.items()), name=face.name)
     other = made.solve()
     assert made.path is None and other.labels == rig.labels and other.examples == rig.examples
     for frame in (rig.handles, rig.handles + np.linspace(0, 0.3, rig.handles.size).reshape(-1, 3)):
