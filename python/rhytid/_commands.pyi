@@ -8,8 +8,8 @@ from typing_extensions import Unpack
 from ._progress import Progress
 from ._rhytid import Face, Rig, Take
 
-#: A path, a name or a number; `range(10, 20)` for frames.
-Value = Union[str, os.PathLike[str], float, range]
+#: A path, a name or a number; `range(10, 20)` for frames; for a file also what is in memory.
+Value = Union[str, os.PathLike[str], float, range, Face, Rig, Take]
 #: Several values; a dictionary for options such as `--map LABEL=NAME`.
 Values = Union[Value, Sequence[Value], Mapping[str, object]]
 #: A file, or what is in memory.

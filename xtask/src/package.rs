@@ -6,16 +6,18 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// The unpublished members of the workspace. `rhytid-player`, `xtask-kernels` and `xtask-web` are unpublished
-/// too, but packed. With them, the packages' dependencies have the same features as in the tests.
-const PRIVATE: [&str; 7] = [
+/// The unpublished members of the workspace. `xtask-kernels` is unpublished too, but packed. With it, the
+/// packages' dependencies have the same features as in the tests.
+const PRIVATE: [&str; 9] = [
     "rhytid-capi",
     "rhytid-examples",
     "rhytid-peers",
+    "rhytid-player",
     "rhytid-python",
     "rhytid-test-support",
     "rhytid-web",
     "xtask",
+    "xtask-web",
 ];
 
 /// How a crate of the repository names the library, and how other crates do.

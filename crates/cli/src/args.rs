@@ -183,6 +183,7 @@ Examples:
   rhytid animate FACE.safetensors TAKE.csv -o coarse.usd --stage large-scale --device cpu:0
   rhytid animate FACE.safetensors --listen --frames 2400 -o FACE.usd --record TAKE.csv
   rhytid animate FACE.safetensors walk.csv talk.csv -o FACE.glb --shapes 40
+  rhytid animate FACE.safetensors TAKES/*.c3d -o OUT/
   rhytid animate FACE.safetensors TAKE.csv -o curves.csv --onto arkit.glb
 
 docs/export.md says which format and which options suit which program.")]

@@ -10,7 +10,7 @@ use rhytid::formats::edits;
 use rhytid::formats::export::Gains;
 use rhytid::formats::raw_take::Contents;
 use rhytid::formats::{FileKind, Reach, raw_take};
-use rhytid::playback::{self, EditedTake, Layers};
+use rhytid::playback::{self, EditedTake, Layers, ReadTake};
 use rhytid::{Error, Face, Result, Rig, Take};
 use std::path::{Path, PathBuf};
 
@@ -114,12 +114,20 @@ pub(crate) fn gains(fine_detail: &FineDetail, reading: &TakeReading) -> Result<G
     Ok(Gains(gains))
 }
 
-/// The take in a file, with all of the rig's handles in every frame. A setup applies to raw takes, which are
-/// cleaned. The options for missing markers and space apply to the take's CSV.
+/// The take in a file, as [`read_take`] reads it.
+///
+/// # Errors
+/// As [`read_take`].
+pub(crate) fn take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<Take> {
+    Ok(read_take(path, rig, reading, ui)?.take)
+}
+
+/// The take in a file, with all of the rig's handles in every frame, and what was found in it. A setup applies
+/// to raw takes, which are cleaned. The options for missing markers and space apply to the take's CSV.
 ///
 /// # Errors
 /// As [`playback::read_take`]. [`Error::Input`] if an option does not apply to the kind of the take.
-pub(crate) fn take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<Take> {
+pub(crate) fn read_take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Result<ReadTake> {
     let TakeReading { missing, setup, elsewhere, space, force, soft_markers, .. } = reading;
     let known = self::setup(setup.as_deref(), elsewhere.reach())?;
     let has_space = space.take_unit.is_some() || space.take_axes.is_some();
@@ -172,7 +180,7 @@ pub(crate) fn take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Re
             axes: space.take_axes.unwrap_or(Axes::SAME),
         });
     }
-    Ok(playback::read_take(path, rig, (*missing).into(), &clean_up, ui)?.take)
+    playback::read_take(path, rig, (*missing).into(), &clean_up, ui)
 }
 
 /// A take with the edits of a file, if there is one.

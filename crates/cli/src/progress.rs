@@ -32,6 +32,8 @@ pub(crate) struct Ui {
     finished: Mutex<Vec<(&'static str, Duration)>>,
     /// The warnings that were shown. A file that is read twice gives the same warnings again.
     warnings: Mutex<BTreeSet<String>>,
+    /// The warnings since [`Ui::noted`] was called.
+    noted: Mutex<Vec<String>>,
     /// Whether the user asked to stop.
     stops: AtomicBool,
     /// The program that called the command, in place of a user.
@@ -61,6 +63,7 @@ impl Ui {
             step: Mutex::default(),
             finished: Mutex::default(),
             warnings: Mutex::default(),
+            noted: Mutex::default(),
             stops: AtomicBool::default(),
             caller: None,
         }
@@ -88,13 +91,23 @@ impl Ui {
             log::info!("{text}");
             return;
         }
-        if text.starts_with("warning:") {
+        if let Some(warning) = text.strip_prefix("warning: ") {
+            self.note(warning);
             let mut shown = self.warnings.lock().unwrap_or_else(PoisonError::into_inner);
             if !shown.insert(text.to_owned()) {
                 return;
             }
         }
         write_above(self.lock().as_ref(), text);
+    }
+
+    /// The warnings since the last call, of which a report is made.
+    pub(crate) fn noted(&self) -> Vec<String> {
+        std::mem::take(&mut *self.noted.lock().unwrap_or_else(PoisonError::into_inner))
+    }
+
+    fn note(&self, warning: &str) {
+        self.noted.lock().unwrap_or_else(PoisonError::into_inner).push(warning.to_owned());
     }
 
     /// Runs a step that has no parts, and returns the time it took.
@@ -209,6 +222,7 @@ impl Progress for Ui {
 
     fn warn(&self, warning: &Warning) {
         if let Some(caller) = &self.caller {
+            self.note(&remedy::of_warning(warning));
             return caller.warn(warning);
         }
         log::warn!("{}", remedy::of_warning(warning));

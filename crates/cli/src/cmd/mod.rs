@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<u8> {
     match &args.command {
         Command::New(args) => new::run(args, ui)?,
         Command::Solve(args) => solve::run(args, ui)?,
-        Command::Animate(args) => animate::run(args, ui)?,
+        Command::Animate(args) => return animate::run(args, ui),
         #[cfg(feature = "wgpu")]
         Command::Render(args) => render::run(args, ui)?,
         #[cfg(feature = "view")]

@@ -45,6 +45,7 @@ mod soft_markers;
 mod space;
 mod stitch;
 mod summaries;
+mod takes_folder;
 mod tampered;
 mod transfer;
 mod usd;

@@ -1,6 +1,7 @@
 //! `rhytid animate`
 
 mod clips;
+mod folder;
 mod masks;
 pub(crate) mod options;
 mod report;
@@ -9,7 +10,7 @@ mod warnings;
 use super::listen;
 use crate::args::FramesChoice;
 use crate::progress::Ui;
-use crate::{args, inputs, output};
+use crate::{args, exit_code, inputs, output};
 use masks::Masks;
 use rhytid::capture;
 use rhytid::core::{ChannelKind, DeviceInfo, Mesh, rig_file};
@@ -62,15 +63,19 @@ impl Animated {
     }
 }
 
-/// Animates and says what was done.
+/// Animates and says what was done. Returns the exit code.
 ///
 /// # Errors
-/// As [`animate`].
-pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<()> {
+/// As [`animate`] and [`folder::run`].
+pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<u8> {
+    if folder::is_for(&args.output) {
+        return folder::run(args, ui);
+    }
     let done = animate(args, ui)?;
     output::done(args.json, ui, &report::Summary::new(args, &done), || {
         report::words(args, &done) + &report::next(args, &done)
-    })
+    })?;
+    Ok(exit_code::DONE)
 }
 
 /// From a rig file and a take to an animated file.
