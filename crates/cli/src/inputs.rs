@@ -122,8 +122,9 @@ pub(crate) fn take(path: &Path, rig: &Rig, reading: &TakeReading, ui: &Ui) -> Re
     Ok(read_take(path, rig, reading, ui)?.take)
 }
 
-/// The take in a file, with all of the rig's handles in every frame, and what was found in it. A setup applies
-/// to raw takes, which are cleaned. The options for missing markers and space apply to the take's CSV.
+/// The take in a file, with all of the rig's handles in every frame, and what was found in it. A setup
+/// applies to raw takes, which are cleaned. The options for missing markers and space apply to the take's
+/// CSV.
 ///
 /// # Errors
 /// As [`playback::read_take`]. [`Error::Input`] if an option does not apply to the kind of the take.

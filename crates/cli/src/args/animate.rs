@@ -19,17 +19,17 @@ pub(crate) struct Animate {
     /// The take: CSV, or the file of a capture system.
     ///
     /// A CSV has time,LABEL_x,LABEL_y,LABEL_z,… in mesh units and head space. The file of a capture system is
-    /// cleaned first, as `prepare` does it. If OUT is a folder, there can be several takes, and each gets a file
-    /// of its own. With --shapes N, --compressed or --onto, one file can have several takes: each is a clip of
-    /// its own, and all share one set of shapes.
+    /// cleaned first, as `prepare` does it. If OUT is a folder, there can be several takes, and each gets a
+    /// file of its own. With --shapes N, --compressed or --onto, one file can have several takes: each is a
+    /// clip of its own, and all share one set of shapes.
     #[arg(value_name = "TAKE", required_unless_present = "listen")]
     pub takes: Vec<PathBuf>,
 
     /// The file: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2; with --onto also .csv.
     ///
-    /// The ending is the format. docs/export.md says which format and which options suit which program. A folder,
-    /// such as OUT/, gets a .usd for each take, and takes.json with what is wrong with each. OUT/{take}.glb is
-    /// another format. What is done and unchanged is left.
+    /// The ending is the format. docs/export.md says which format and which options suit which program. A
+    /// folder, such as OUT/, gets a .usd for each take, and takes.json with what is wrong with each.
+    /// OUT/{take}.glb is another format. What is done and unchanged is left.
     #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
     pub output: PathBuf,
 

@@ -1,7 +1,7 @@
 //! `rhytid animate` of takes into a folder: a file for each take, and one report on all of them.
 //!
-//! A take that fails does not stop the others. A take that was written before, and of which nothing has changed,
-//! is left as it is.
+//! A take that fails does not stop the others. A take that was written before, and of which nothing has
+//! changed, is left as it is.
 
 use super::options::{self, export_options};
 use super::warnings::warn;
