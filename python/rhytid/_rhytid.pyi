@@ -15,7 +15,7 @@ class Face:
     def __new__(
         cls,
         vertices: ArrayLike,
-        faces: Sequence[Sequence[int]],
+        faces: Sequence[Sequence[int]] | NDArray[numpy.integer[Any]],
         handles: Mapping[str, int] | Sequence[tuple[str, int]],
         examples: Mapping[str, ArrayLike] | Sequence[tuple[str, ArrayLike]] | None = ...,
         *,
@@ -73,10 +73,10 @@ class Take:
     def __new__(
         cls,
         positions: ArrayLike,
-        labels: Sequence[str],
+        labels: Sequence[str] | NDArray[numpy.str_],
         *,
         rate: float | None = ...,
-        times: Sequence[float] | None = ...,
+        times: ArrayLike | None = ...,
     ) -> Take: ...
     @staticmethod
     def open(

@@ -22,6 +22,14 @@ pub(crate) struct Face {
     path: Option<PathBuf>,
 }
 
+/// A list as it is, and an array as a list.
+///
+/// # Errors
+/// What the array raises.
+fn list_of<'py>(values: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    if values.hasattr("tolist")? { values.call_method0("tolist") } else { Ok(values.clone()) }
+}
+
 /// The names and values of a dictionary, or of a list of pairs.
 ///
 /// # Errors
@@ -43,8 +51,8 @@ fn pairs<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
 
 #[pymethods]
 impl Face {
-    /// From arrays: V × 3 vertices, and faces as lists of vertices. The handles are vertices by their labels,
-    /// and the examples are V × 3 positions by their names: dictionaries, or pairs.
+    /// From arrays: V × 3 vertices, and faces as lists of vertices or as an array. The handles are vertices by
+    /// their labels, and the examples are V × 3 positions by their names: dictionaries, or pairs.
     #[new]
     // They are keywords in Python.
     #[allow(clippy::too_many_arguments)]
@@ -52,7 +60,7 @@ impl Face {
     fn new(
         py: Python<'_>,
         vertices: Numbers<'_, f64>,
-        faces: Vec<Vec<u32>>,
+        faces: &Bound<'_, PyAny>,
         handles: &Bound<'_, PyAny>,
         examples: Option<&Bound<'_, PyAny>>,
         unit: &str,
@@ -61,7 +69,9 @@ impl Face {
     ) -> PyResult<Self> {
         let positions = triples(&vertices, "vertices")?;
         let mut polygons = Faces::default();
-        faces.iter().for_each(|face| polygons.push(face));
+        for face in list_of(faces)?.try_iter()? {
+            polygons.push(&list_of(&face?)?.extract::<Vec<u32>>()?);
+        }
         let known = LengthUnit::ALL.map(|unit| unit.name).join(", ");
         let unit = LengthUnit::named(unit)
             .ok_or_else(|| PyValueError::new_err(format!("unit is “{unit}”, expected one of {known}")))?;

@@ -31,10 +31,12 @@ impl Take {
     fn new(
         py: Python<'_>,
         positions: Numbers<'_, f64>,
-        labels: Vec<String>,
+        labels: &Bound<'_, PyAny>,
         rate: Option<f64>,
-        times: Option<Vec<f64>>,
+        times: Option<Numbers<'_, f64>>,
     ) -> PyResult<Self> {
+        let labels: Vec<String> =
+            labels.try_iter()?.map(|label| label?.extract()).collect::<PyResult<_>>()?;
         let &[frames, markers, 3] = positions.shape() else {
             return Err(PyValueError::new_err(format!(
                 "positions has the shape {:?}, expected frames × markers × 3",
@@ -52,6 +54,7 @@ impl Take {
         if let Some(twice) = distinct.windows(2).find(|pair| pair[0] == pair[1]) {
             return Err(PyValueError::new_err(format!("two markers have the label “{}”", twice[0])));
         }
+        let times: Option<Vec<f64>> = times.map(|times| times.as_array().iter().copied().collect());
         let times = match (rate, times) {
             (Some(rate), None) if rate.is_finite() && rate > 0.0 => {
                 (0..frames).map(|frame| frame as f64 / rate).collect()

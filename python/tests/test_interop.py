@@ -10,7 +10,8 @@ import rhytid
 def test_a_mesh_of_trimesh_becomes_a_face(face):
     triangles = [[f[0], f[i], f[i + 1]] for f in face.faces for i in range(1, len(f) - 1)]
     mesh = trimesh.Trimesh(face.vertices, triangles, process=False)
-    made = rhytid.Face(mesh.vertices, mesh.faces.tolist(), [("chin", 10), ("nose", 500), ("brow", 900)])
+    vertices = np.array([10, 500, 900])
+    made = rhytid.Face(mesh.vertices, mesh.faces, dict(zip(["chin", "nose", "brow"], vertices)))
     rig = made.solve()
     assert np.allclose(rig.vertices, mesh.vertices, atol=1e-6)
     again = trimesh.Trimesh(rig.animator("cpu:0")(rig.handles), rig.triangles, process=False)

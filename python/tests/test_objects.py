@@ -138,7 +138,7 @@ def nearest(vertices, points):
 
 
 def test_a_take_of_arrays_plays_as_its_file(rig, take, tmp_path):
-    made = rhytid.Take(take.positions, take.labels, times=take.times.tolist())
+    made = rhytid.Take(take.positions, np.array(take.labels), times=take.times)
     assert np.array_equal(rig.play(made, device="cpu:0")[7].positions, rig.play(take, device="cpu:0")[7].positions)
     made.save(tmp_path / "again.csv")
     again = rhytid.Take.open(tmp_path / "again.csv", rig)
