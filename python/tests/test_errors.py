@@ -55,7 +55,15 @@ def test_progress_is_told(face):
         face.solve(progress=3)
 
 
-def test_ctrl_c_stops_within_a_second():
+@pytest.fixture
+def ctrl_c():
+    """Ctrl-C as in a terminal. A process in the background starts with it ignored, and Python leaves it so."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_ctrl_c_stops_within_a_second(ctrl_c):
     # A sheet of 62,500 vertices, which takes some seconds.
     side = 250
     x, y = np.meshgrid(np.linspace(-8, 8, side), np.linspace(-8, 8, side))
