@@ -51,8 +51,8 @@ fn pairs<'py, T: for<'a> FromPyObject<'a, 'py, Error: Into<PyErr>>>(
 
 #[pymethods]
 impl Face {
-    /// From arrays: V × 3 vertices, and faces as lists of vertices or as an array. The handles are vertices by
-    /// their labels, and the examples are V × 3 positions by their names: dictionaries, or pairs.
+    /// From arrays: V × 3 vertices, and faces as lists of vertices or as an array. The handles are vertices
+    /// by their labels, and the examples are V × 3 positions by their names: dictionaries, or pairs.
     #[new]
     // They are keywords in Python.
     #[allow(clippy::too_many_arguments)]
