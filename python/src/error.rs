@@ -15,7 +15,7 @@ pub(crate) fn exception(py: Python<'_>, error: &Error) -> PyErr {
 }
 
 fn make<'py>(py: Python<'py>, error: &Error) -> PyResult<Bound<'py, PyAny>> {
-    let sentence = keyword(&rhytid_cli::of_error(error));
+    let sentence = keyword(&rhytid_cli::sentence(error));
     let classes = py.import("rhytid._errors")?;
     let class = match error {
         Error::Input(_) => "InputError",

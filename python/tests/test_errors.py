@@ -14,7 +14,8 @@ import rhytid
 
 
 def test_errors_are_of_their_kinds(demo, rig, take, tmp_path):
-    with pytest.raises(FileNotFoundError, match="^nowhere.safetensors: ") as raised:
+    sentence = "^nowhere.safetensors: no such file or folder; check the path$"
+    with pytest.raises(FileNotFoundError, match=sentence) as raised:
         rhytid.Rig.open("nowhere.safetensors")
     assert isinstance(raised.value, rhytid.Error) and raised.value.filename == "nowhere.safetensors"
     assert raised.value.errno == 2

@@ -50,7 +50,8 @@ pub(crate) fn status(ui: &Ui, run: impl FnOnce() -> Result<u8>) -> u8 {
     }
 }
 
-fn sentence(error: &Error) -> String {
+/// An error as the program says it: a sentence with what to do.
+pub fn sentence(error: &Error) -> String {
     match error {
         Error::Io { path, source } => io_sentence(error, path, source),
         other => remedy::of_error(other),

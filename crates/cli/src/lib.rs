@@ -33,9 +33,10 @@ mod start;
 
 pub use animation::Animation;
 pub use call::{Caller, call, open_face};
+pub use exit::sentence;
 pub use option_list::option_list;
 pub use quiet_drivers::restart_if_needed;
-pub use remedy::{of_error, of_warning};
+pub use remedy::of_warning;
 pub use start::started_by;
 
 use std::ffi::OsString;

@@ -5,7 +5,7 @@ use rhytid::core::{Remedy, Warning};
 use rhytid::{DeviceErrorKind, Error};
 
 /// An error's sentence, followed by the remedy in this program.
-pub fn of_error(error: &Error) -> String {
+pub(crate) fn of_error(error: &Error) -> String {
     let remedies = match error {
         Error::Input(input) => input.remedies(),
         Error::Device { kind: DeviceErrorKind::OutOfMemory | DeviceErrorKind::Lost, .. } => {

@@ -134,6 +134,10 @@ fn what_is_for_one_take_is_refused() {
         );
     }
     fixture.refused("animate face.safetensors takes/t0.csv -o out/{take}.xyz", &["{take}.xyz"]);
+    // The sentence in the report is the one that the take alone gives.
+    let report = animate(&fixture, "takes/nowhere.csv", "-o elsewhere/", 2);
+    let alone = fixture.refused("animate face.safetensors takes/nowhere.csv -o out/a.usd", &["no such file"]);
+    assert!(alone.contains(report["takes"][0]["error"].as_str().unwrap()), "{alone}");
     // A take is never written over.
     fixture.refused("animate face.safetensors takes/t0.csv -o takes/{take}.csv", &["takes/{take}.csv"]);
 }

@@ -8,7 +8,7 @@ use super::warnings::warn;
 use super::{perform, take_name};
 use crate::args::{self, FramesChoice};
 use crate::progress::Ui;
-use crate::{exit_code, inputs, output, remedy};
+use crate::{exit, exit_code, inputs, output};
 use rhytid::capture::Kind;
 use rhytid::core::{DeviceInfo, human, rig_file};
 use rhytid::formats::animation::Format;
@@ -217,7 +217,7 @@ impl Job<'_> {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
                 entry.outcome = Outcome::Failed;
-                entry.error = Some(remedy::of_error(&error));
+                entry.error = Some(exit::sentence(&error));
             }
         }
         if entry.outcome != Outcome::Unchanged {
@@ -263,7 +263,9 @@ impl Job<'_> {
             is_doubtful[frames].fill(true);
         }
         let range = match args.frames {
-            FramesChoice::Range(range) => range.within(take.frames())?,
+            FramesChoice::Range(range) => {
+                range.within(take.frames()).map_err(|error| error.in_file(take_file.display()))?
+            }
             FramesChoice::Count(_) => 0..take.frames(),
         };
         entry.doubtful_frames = is_doubtful[range].iter().filter(|is| **is).count();
