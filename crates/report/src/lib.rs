@@ -3,6 +3,7 @@
 //! - The page of a clean-up describes a raw take and its changes ([`write()`], `docs/report.md`).
 //! - The page of an evaluation describes the quality of a rig ([`write_evaluation`], `docs/evaluate.md`).
 //! - The page of a plan lists the frames to scan ([`write_plan`], `docs/coverage.md`).
+//! - The page of a folder of takes ranks them by what is wrong with them ([`write_takes`], `docs/export.md`).
 //! - The page of a transfer describes the correspondence of two faces ([`write_transfer`],
 //!   `docs/transfer.md`).
 //!
@@ -48,12 +49,15 @@ mod shot;
 mod skin;
 mod strain;
 mod summary;
+mod takes;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
 mod tests_evaluation;
 #[cfg(all(test, feature = "render"))]
 mod tests_pictures;
+#[cfg(test)]
+mod tests_takes;
 mod timeline;
 mod transfer;
 mod written;
@@ -70,6 +74,7 @@ use rhytid_core::{Error, Result, Rig, Take};
 use serde::Serialize;
 use strain::Strains;
 use summary::Summary;
+pub use takes::{MadeFrom, Outcome, Run, TakeOutcome, Takes, write_takes};
 pub use transfer::write_transfer;
 pub use written::Page;
 use written::write_texts;

@@ -28,7 +28,7 @@ pub(crate) struct Animate {
     /// The file: .usd, .usdc, .usda, .usdz, .glb, .gltf or .pc2; with --onto also .csv.
     ///
     /// The ending is the format. docs/export.md says which format and which options suit which program. A
-    /// folder, such as OUT/, gets a .usd for each take, and takes.json with what is wrong with each.
+    /// folder, such as OUT/, gets a .usd for each take, and takes.html with what is wrong with each.
     /// OUT/{take}.glb is another format. What is done and unchanged is left.
     #[arg(short, long, value_name = "OUT", help_heading = OUTPUT)]
     pub output: PathBuf,

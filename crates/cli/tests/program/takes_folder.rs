@@ -49,7 +49,7 @@ fn bad_takes_do_not_stop_the_others_and_nothing_is_done_twice() {
         assert!(!is_bad || take["error"].as_str().unwrap().starts_with(take["take"].as_str().unwrap()));
     }
     let mut expected: Vec<String> = (0..8).map(|i| format!("t{i}.usd")).collect();
-    expected.insert(8, "takes.json".to_owned());
+    expected.extend(["takes.html", "takes.json"].map(str::to_owned));
     expected.sort();
     assert_eq!(list(&fixture.path("out")), expected);
     let stored: Value = serde_json::from_slice(&fixture.read("out/takes.json")).unwrap();
@@ -117,7 +117,7 @@ fn takes_are_ranked_by_what_is_wrong_with_them() {
     let said = fixture
         .done(&format!("animate face.safetensors {good} -o out/{{take}}/face.glb --shapes 2 --device cpu:0"));
     assert!(
-        said.starts_with("out: 0 written, 8 unchanged, 0 failed; out/takes.json says all of it"),
+        said.starts_with("out: 0 written, 8 unchanged, 0 failed; out/takes.html shows all of it"),
         "{said}"
     );
     assert!(said.lines().nth(2).unwrap().starts_with("t7 "), "{said}");

@@ -9,15 +9,14 @@ use super::{perform, take_name};
 use crate::args::{self, FramesChoice};
 use crate::progress::Ui;
 use crate::{exit, exit_code, inputs, output};
-use rhytid::capture::Kind;
+use rhytid::capture::{Event, Kind};
 use rhytid::core::{DeviceInfo, human, rig_file};
 use rhytid::formats::animation::Format;
 use rhytid::formats::export::{Recipe, StatedRecipe, unique_names};
 use rhytid::formats::refuse_inputs;
 use rhytid::playback::ReadTake;
-use rhytid::{Error, Result, Rig};
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use rhytid::report::{MadeFrom, Outcome, TakeOutcome, Takes, write_takes};
+use rhytid::{Error, Result, Rig, Take};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -26,59 +25,8 @@ use std::time::Instant;
 /// The place of the take's name in the name of a file.
 const TAKE: &str = "{take}";
 
-/// The report's file in the folder.
-const REPORT: &str = "takes.json";
-
 /// A marker with less confidence than this makes its frame a doubtful one.
 const DOUBTFUL: f32 = 0.5;
-
-/// What became of all takes, those with most to look at first.
-#[derive(Serialize, Deserialize)]
-struct Report {
-    rig: PathBuf,
-    written: usize,
-    unchanged: usize,
-    failed: usize,
-    takes: Vec<Entry>,
-}
-
-/// What became of a take.
-#[derive(Clone, Serialize, Deserialize)]
-struct Entry {
-    take: PathBuf,
-    file: PathBuf,
-    outcome: Outcome,
-    /// The sentence of a take that failed.
-    error: Option<String>,
-    warnings: Vec<String>,
-    /// How many of each kind the clean-up found.
-    events: BTreeMap<String, usize>,
-    frames: usize,
-    /// Frames in which a marker was guessed, or in which markers move as no skin does.
-    doubtful_frames: usize,
-    bytes: u64,
-    seconds: f64,
-    made_from: MadeFrom,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-enum Outcome {
-    Failed,
-    Written,
-    Unchanged,
-}
-
-/// All that decides a file. If it is the same as before, so is the file.
-#[derive(Clone, PartialEq, Default, Serialize, Deserialize)]
-struct MadeFrom {
-    /// The hash of the take's file.
-    take: String,
-    /// The recipe, with the rig's hash.
-    recipe: BTreeMap<String, Value>,
-    /// The frames, and the options of the file.
-    options: String,
-}
 
 /// Whether the output is a folder, or a name for each take.
 pub(super) fn is_for(output: &Path) -> bool {
@@ -113,8 +61,8 @@ pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<u8> {
     let rig_hash = rig_file::hash(&args.rig)?;
     let devices = inputs::devices(device, ui)?;
     let job = Job { args, rig: &rig, rig_hash, format, devices, ui };
-    let before = read(&folder.join(REPORT));
-    let mut report = Report { rig: args.rig.clone(), written: 0, unchanged: 0, failed: 0, takes: Vec::new() };
+    let before = read(&folder.join(Takes::JSON));
+    let mut report = Takes::new(&args.rig);
     for (i, (take, file)) in args.takes.iter().zip(&files).enumerate() {
         if !ui.is_quiet() {
             ui.line(&format!("{} of {}: {}", i + 1, files.len(), take.display()));
@@ -124,16 +72,9 @@ pub(super) fn run(args: &args::Animate, ui: &Ui) -> Result<u8> {
         if let Some(error) = &entry.error {
             ui.line(&format!("error: {error}"));
         }
-        match entry.outcome {
-            Outcome::Failed => report.failed += 1,
-            Outcome::Written => report.written += 1,
-            Outcome::Unchanged => report.unchanged += 1,
-        }
-        report.takes.push(entry);
-        report.takes.sort_by(Entry::order);
+        report.add(entry);
         // After each take, so that a machine that stops loses one take alone.
-        let text = serde_json::to_string_pretty(&report).map_err(|e| Error::Internal(e.to_string()))?;
-        output::file(&folder.join(REPORT), text.as_bytes())?;
+        write_takes(&folder, &report)?;
     }
     output::done(args.json, ui, &report, || words(&report, &folder))?;
     Ok(if report.failed > 0 { exit_code::USER } else { exit_code::DONE })
@@ -167,9 +108,9 @@ fn folder_of(pattern: &Path) -> PathBuf {
 }
 
 /// The entries of a former report. Without one, everything is new.
-fn read(path: &Path) -> Vec<Entry> {
+fn read(path: &Path) -> Vec<TakeOutcome> {
     let Ok(text) = fs::read_to_string(path) else { return Vec::new() };
-    match serde_json::from_str::<Report>(&text) {
+    match serde_json::from_str::<Takes>(&text) {
         Ok(report) => report.takes,
         Err(error) => {
             log::warn!(
@@ -196,9 +137,9 @@ impl Job<'_> {
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    fn one(&self, take: &Path, file: &Path, before: Option<&Entry>) -> Result<Entry> {
+    fn one(&self, take: &Path, file: &Path, before: Option<&TakeOutcome>) -> Result<TakeOutcome> {
         let start = Instant::now();
-        let mut entry = Entry {
+        let mut entry = TakeOutcome {
             take: take.to_owned(),
             file: file.to_owned(),
             outcome: Outcome::Failed,
@@ -207,6 +148,7 @@ impl Job<'_> {
             events: BTreeMap::new(),
             frames: 0,
             doubtful_frames: 0,
+            doubtful: Vec::new(),
             bytes: 0,
             seconds: 0.0,
             made_from: MadeFrom::default(),
@@ -227,7 +169,7 @@ impl Job<'_> {
         Ok(entry)
     }
 
-    fn animate(&self, entry: &mut Entry, before: Option<&Entry>) -> Result<()> {
+    fn animate(&self, entry: &mut TakeOutcome, before: Option<&TakeOutcome>) -> Result<()> {
         let Self { args, rig, ui, .. } = self;
         let take_file = entry.take.clone();
         inputs::rig_and_take(&args.rig, &take_file, "rhytid animate RIG TAKE… -o FOLDER/")?;
@@ -246,79 +188,58 @@ impl Job<'_> {
             && before.made_from == entry.made_from
             && before.bytes == bytes
         {
-            *entry = Entry { outcome: Outcome::Unchanged, ..before.clone() };
+            *entry = TakeOutcome { outcome: Outcome::Unchanged, ..before.clone() };
             return Ok(());
         }
         let ReadTake { take, events } = inputs::read_take(&take_file, rig, &args.reading, ui)?;
         for event in &events {
             *entry.events.entry(event.kind.name().to_owned()).or_default() += 1;
         }
-        let mut is_doubtful = vec![false; take.frames()];
-        let markers = take.labels.len();
-        for (i, confidence) in take.confidence.iter().flatten().enumerate() {
-            is_doubtful[i / markers] |= *confidence < DOUBTFUL;
-        }
-        for event in events.iter().filter(|event| matches!(event.kind, Kind::Strain | Kind::Step)) {
-            let frames = event.first.min(take.frames())..(event.first + event.frames).min(take.frames());
-            is_doubtful[frames].fill(true);
-        }
+        let is_doubtful = doubtful(&take, &events);
         let range = match args.frames {
             FramesChoice::Range(range) => {
                 range.within(take.frames()).map_err(|error| error.in_file(take_file.display()))?
             }
             FramesChoice::Count(_) => 0..take.frames(),
         };
-        entry.doubtful_frames = is_doubtful[range].iter().filter(|is| **is).count();
+        let is_doubtful = &is_doubtful[range];
         let performance = perform(args, (*rig).clone(), None, recipe, take)
             .map_err(|error| error.in_file(take_file.display()))?;
         warn(args, self.format, &performance, Some(&take_file), ui)?;
         let mut playback = performance.playback(&self.devices, *ui)?;
         let written = playback.export(&performance, &entry.file, &options, *ui)?;
-        entry.frames = performance.selection.inner.len();
+        entry.doubt(&at_frames(is_doubtful, performance.selection.inner.len()));
         entry.bytes = written.bytes;
         entry.outcome = Outcome::Written;
         Ok(())
     }
 }
 
-impl Entry {
-    /// The part of the frames that is doubtful.
-    fn doubt(&self) -> f64 {
-        self.doubtful_frames as f64 / self.frames.max(1) as f64
+/// In which frames a marker was guessed, or markers move as no skin does.
+fn doubtful(take: &Take, events: &[Event]) -> Vec<bool> {
+    let mut is_doubtful = vec![false; take.frames()];
+    let markers = take.labels.len();
+    for (i, confidence) in take.confidence.iter().flatten().enumerate() {
+        is_doubtful[i / markers] |= *confidence < DOUBTFUL;
     }
+    for event in events.iter().filter(|event| matches!(event.kind, Kind::Strain | Kind::Step)) {
+        let frames = event.first.min(take.frames())..(event.first + event.frames).min(take.frames());
+        is_doubtful[frames].fill(true);
+    }
+    is_doubtful
+}
 
-    /// What needs a look comes first: takes that failed, then those with the largest part of doubtful frames,
-    /// then those with most warnings.
-    fn order(&self, other: &Self) -> std::cmp::Ordering {
-        let failed = |entry: &Self| entry.outcome != Outcome::Failed;
-        failed(self)
-            .cmp(&failed(other))
-            .then(other.doubt().total_cmp(&self.doubt()))
-            .then(other.warnings.len().cmp(&self.warnings.len()))
-            .then(self.take.cmp(&other.take))
-    }
-
-    /// What is wrong with the take, in a line.
-    fn what(&self) -> String {
-        if let Some(error) = &self.error {
-            return error.clone();
-        }
-        let mut parts: Vec<String> = Vec::new();
-        let events: Vec<String> = self.events.iter().map(|(kind, n)| format!("{n} × {kind}")).collect();
-        if !events.is_empty() {
-            parts.push(events.join(", "));
-        }
-        if !self.warnings.is_empty() {
-            parts.push(human::counted(self.warnings.len(), "warning"));
-        }
-        parts.join("; ")
-    }
+/// The same for `frames` evenly spaced times, such as those of another rate.
+fn at_frames(is_doubtful: &[bool], frames: usize) -> Vec<bool> {
+    let last = is_doubtful.len().saturating_sub(1) as f64;
+    let step = if frames > 1 { last / (frames - 1) as f64 } else { 0.0 };
+    (0..frames).map(|i| is_doubtful[(i as f64 * step).round() as usize]).collect()
 }
 
 /// The report in words.
-fn words(report: &Report, folder: &Path) -> String {
+fn words(report: &Takes, folder: &Path) -> String {
     let heading = ["take", "", "frames", "doubtful", "what was found"].map(str::to_owned);
-    let row = |entry: &Entry| {
+    let row = |entry: &TakeOutcome| {
         let outcome = match entry.outcome {
             Outcome::Failed => "failed",
             Outcome::Written => "written",
@@ -326,17 +247,17 @@ fn words(report: &Report, folder: &Path) -> String {
         };
         let is_there = entry.outcome != Outcome::Failed;
         let frames = if is_there { human::count(entry.frames) } else { String::new() };
-        let doubt = if is_there { format!("{:.0} %", 100.0 * entry.doubt()) } else { String::new() };
+        let doubt = if is_there { format!("{:.0} %", 100.0 * entry.doubtful_part()) } else { String::new() };
         [take_name(&entry.take), outcome.to_owned(), frames, doubt, entry.what()]
     };
     let rows: Vec<_> = std::iter::once(heading).chain(report.takes.iter().map(row)).collect();
     format!(
-        "{}: {} written, {} unchanged, {} failed; {} says all of it\n{}",
+        "{}: {} written, {} unchanged, {} failed; {} shows all of it\n{}",
         if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.display(),
         report.written,
         report.unchanged,
         report.failed,
-        folder.join(REPORT).display(),
+        folder.join(Takes::PAGE).display(),
         output::table(&rows)
     )
 }
