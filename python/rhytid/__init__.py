@@ -32,7 +32,7 @@ from ._errors import (
     MissingFileError,
 )
 from ._picture import Picture, render
-from ._rhytid import Animation, Animator, Face, Frame, Rig, Take
+from ._rhytid import Animation, Animator, Face, Frame, LiveFrame, Receiver, Rig, Take
 
 __version__: str = _rhytid.__version__
 
@@ -57,8 +57,10 @@ __all__ = [
     "Frame",
     "InputError",
     "InternalError",
+    "LiveFrame",
     "MissingFileError",
     "Picture",
+    "Receiver",
     "Result",
     "Rig",
     "STAGES",

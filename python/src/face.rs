@@ -125,7 +125,8 @@ impl Face {
         Ok(Rig { rig: Arc::new(rig) })
     }
 
-    /// What would harm a solve: a list of findings with `severity`, `code` and `message`, the worst first.
+    /// What would harm a solve: a list of findings with `severity`, `code`, `message` and `vertices`, the
+    /// worst first.
     fn doctor<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let face = Arc::clone(&self.face);
         let report = work(py, None, move |_| Ok(rhytid::solve::examine(&face)))?;

@@ -12,6 +12,7 @@ mod command;
 mod error;
 mod face;
 mod log_records;
+mod receiver;
 mod rig;
 mod take;
 mod work;
@@ -29,6 +30,8 @@ mod _rhytid {
     use crate::command::{call, channel_kinds, decode_png, keyword, option_list, run, stages, started_by};
     #[pymodule_export]
     use crate::face::Face;
+    #[pymodule_export]
+    use crate::receiver::{LiveFrame, Receiver};
     #[pymodule_export]
     use crate::rig::Rig;
     #[pymodule_export]

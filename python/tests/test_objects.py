@@ -1,6 +1,8 @@
 """Faces, rigs, takes, animations and animators."""
 
 import gc
+import socket
+import struct
 import subprocess
 import sys
 import threading
@@ -191,3 +193,48 @@ def test_markers_of_a_raw_take_are_cleaned(demo, rig, take, tmp_path):
         rhytid.Take.open(path, rig)
     again = rhytid.Take.open(path, rig, take_unit="m")
     assert np.abs(again.positions - take.positions).max() < 1e-9
+
+
+def datagram(number, seconds, markers):
+    """A frame as OSC has it, made here without the library: docs/live.md."""
+
+    def text(value):
+        data = value.encode() + b"\0"
+        return data + b"\0" * (-len(data) % 4)
+
+    frame = text("/rhytid/frame") + text(",id") + struct.pack(">id", number, seconds)
+    messages = [frame]
+    for label, position in markers.items():
+        messages.append(text("/rhytid/handle") + text(",sfff") + text(label) + struct.pack(">fff", *position))
+    return text("#bundle") + struct.pack(">II", 0, 1) + b"".join(struct.pack(">i", len(m)) + m for m in messages)
+
+
+def test_markers_are_received_while_they_are_captured(rig):
+    receiver = rhytid.Receiver(rig, "127.0.0.1:0")
+    assert receiver.newest() is None and receiver.counts["frames"] == 0
+    host, port = receiver.address.split(":")
+    sender = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    for number in range(3):
+        sender.sendto(datagram(number, number / 30, {rig.labels[4]: (1.0, 2.0, number)}), (host, int(port)))
+    deadline = time.monotonic() + 20
+    while receiver.counts["frames"] < 3 and time.monotonic() < deadline:
+        newest = receiver.newest()
+        time.sleep(0.01)
+    newest = receiver.newest()
+    expected = rig.handles.copy()
+    expected[4] = (1, 2, 2)
+    assert newest.number == 2 and np.array_equal(newest.positions, expected)
+    assert newest.confidence[4] == 1 and newest.confidence[5] == 0
+    assert receiver.counts == {"frames": 3, "late": 0, "lost": 0, "bad": 0, "other": 0}
+    # The port is taken, and an address has a port.
+    with pytest.raises(rhytid.InputError, match=port):
+        rhytid.Receiver(rig, receiver.address)
+    with pytest.raises(ValueError, match="127.0.0.1:9000"):
+        rhytid.Receiver(rig, "localhost")
+
+
+def test_findings_of_the_doctor_name_vertices(rig):
+    vertices = np.vstack([rig.vertices, rig.vertices[:1] + 9]).astype(float)
+    face = rhytid.Face(vertices, rig.faces, dict(zip(rig.labels, nearest(rig.vertices, rig.handles))))
+    found = {finding["code"]: finding["vertices"] for finding in face.doctor()}
+    assert found["isolated-vertices"] == [len(rig.vertices)] and found["no-examples"] == []

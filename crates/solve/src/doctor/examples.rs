@@ -61,7 +61,7 @@ pub(super) fn examine(face: &Face, diagonal: f64, report: &mut Report) {
 }
 
 fn warning(code: &'static str, message: String) -> Finding {
-    Finding { severity: Severity::Warning, code, message }
+    Finding::new(Severity::Warning, code, message)
 }
 
 /// The neutral, with the data that comparisons of examples need.
@@ -120,15 +120,13 @@ impl<'a> BesideNeutral<'a> {
         let name = &self.example.name;
         let torn = self.torn();
         if !torn.is_empty() {
-            Some(warning(
-                "vertices-in-another-order",
-                format!(
-                    "example {name} tears {} away from all of their neighbours: {}; its vertices are not in the \
-                     neutral's order: export both from the same mesh, without reordering",
-                    count(torn.len(), "vertex", "vertices"),
-                    first_few(&torn)
-                ),
-            ))
+            let message = format!(
+                "example {name} tears {} away from all of their neighbours: {}; its vertices are not in the \
+                 neutral's order: export both from the same mesh, without reordering",
+                count(torn.len(), "vertex", "vertices"),
+                first_few(&torn)
+            );
+            Some(warning("vertices-in-another-order", message).at(torn.into_iter().map(VertexId::from_index)))
         } else if self.furthest > 0.5 * self.neutral.diagonal {
             Some(warning(
                 "example-far-away",
@@ -138,7 +136,8 @@ impl<'a> BesideNeutral<'a> {
                     self.vertex,
                     length(self.furthest)
                 ),
-            ))
+            )
+            .at([VertexId::from_index(self.vertex)]))
         } else {
             None
         }
@@ -186,6 +185,7 @@ impl<'a> BesideNeutral<'a> {
                     length(most)
                 ),
             )
+            .at([v])
         })
     }
 

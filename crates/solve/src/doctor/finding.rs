@@ -1,6 +1,6 @@
 //! Findings of the doctor, and their severity.
 
-use rhytid_core::Error;
+use rhytid_core::{Error, VertexId};
 
 /// How much a [`Finding`] matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize)]
@@ -23,9 +23,23 @@ pub struct Finding {
     pub code: &'static str,
     /// One sentence: what, where, and what happens or what to do.
     pub message: String,
+    /// The vertices of the neutral that the sentence is about, rising. Empty where it is about none, or all.
+    pub vertices: Vec<VertexId>,
 }
 
 impl Finding {
+    pub(super) fn new(severity: Severity, code: &'static str, message: String) -> Self {
+        Self { severity, code, message, vertices: Vec::new() }
+    }
+
+    /// The finding with the vertices that it is about, in any order.
+    pub(super) fn at(mut self, vertices: impl IntoIterator<Item = VertexId>) -> Self {
+        self.vertices.extend(vertices);
+        self.vertices.sort_unstable();
+        self.vertices.dedup();
+        self
+    }
+
     /// The finding as an [`Error::Input`], whose kind depends on the code.
     pub fn error(&self) -> Error {
         let message = &*self.message;
@@ -59,6 +73,17 @@ impl Report {
     }
 
     pub(super) fn add(&mut self, severity: Severity, code: &'static str, message: String) {
-        self.findings.push(Finding { severity, code, message });
+        self.findings.push(Finding::new(severity, code, message));
+    }
+
+    /// Adds a finding about `vertices`.
+    pub(super) fn add_at(
+        &mut self,
+        severity: Severity,
+        code: &'static str,
+        vertices: impl IntoIterator<Item = VertexId>,
+        message: String,
+    ) {
+        self.findings.push(Finding::new(severity, code, message).at(vertices));
     }
 }

@@ -42,6 +42,11 @@ fn named(face: &Face, h: usize) -> String {
     format!("{} ({})", face.handles.labels[h], face.handles.points[h])
 }
 
+/// The vertices at or nearest to handles.
+fn nearest(face: &Face, handles: &[usize]) -> Vec<VertexId> {
+    handles.iter().map(|&h| face.handles.points[h].nearest_vertex()).collect()
+}
+
 /// Handles whose nearest neighbours are all on other components. Often such a marker has snapped to an
 /// eyeball or a lash.
 fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
@@ -57,13 +62,16 @@ fn stray(face: &Face, triangles: &[[u32; 3]], report: &mut Report) {
         });
         others.truncate(NEIGHBORS);
         if others.len() >= 2 && others.iter().all(|&o| component(o) != component(h)) {
-            stray.push(named(face, h));
+            stray.push(h);
         }
     }
     if !stray.is_empty() {
-        report.add(
+        let vertices = nearest(face, &stray);
+        let stray: Vec<String> = stray.into_iter().map(|h| named(face, h)).collect();
+        report.add_at(
             Severity::Warning,
             "handle-on-another-component",
+            vertices,
             format!(
                 "{} another connected component than all of the nearest handles: {}; check the vertex in the table \
                  of handles",
@@ -89,11 +97,13 @@ fn hidden(face: &Face, triangles: &[[u32; 3]], topology: &Topology, report: &mut
         let seen = seen_of_head(&face.neutral.positions, triangles, &head);
         hidden.retain(|&h| is_hidden(&seen, h));
     }
-    let hidden: Vec<String> = hidden.into_iter().map(|h| named(face, h)).collect();
     if !hidden.is_empty() {
-        report.add(
+        let vertices = nearest(face, &hidden);
+        let hidden: Vec<String> = hidden.into_iter().map(|h| named(face, h)).collect();
+        report.add_at(
             Severity::Warning,
             "handle-inside",
+            vertices,
             format!(
                 "{} not seen from outside, perhaps in the mouth, in a nostril or behind a lid: {}; choose \
                  the vertex of the skin above",
@@ -153,9 +163,11 @@ fn detours(face: &Face, topology: &Topology, report: &mut Report) {
             StrainEdges::Auto => Severity::Note,
             StrainEdges::Given(_) => Severity::Warning,
         };
-        report.add(
+        let ends: Vec<usize> = detours.iter().flatten().map(|h| h.index()).collect();
+        report.add_at(
             severity,
             "strain-edge-around",
+            nearest(face, &ends),
             format!(
                 "{} handles that are near in space and more than {} times as far along the skin, across an opening or \
                  through the head: {}; check their vertices, or give strain edges without these pairs",

@@ -4,7 +4,7 @@ use super::points;
 use super::space;
 use super::words::{count, first_few, length};
 use glam::DVec3;
-use rhytid_core::{Example, Face, HandleId, LearnedSettings, Method, StrainEdges};
+use rhytid_core::{Example, Face, HandleId, LearnedSettings, Method, StrainEdges, VertexId};
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
 use std::collections::HashMap;
@@ -70,7 +70,7 @@ pub(super) fn examine(face: &Face, report: &mut Report) {
 }
 
 pub(super) fn error(code: &'static str, message: String) -> Finding {
-    Finding { severity: Severity::Error, code, message }
+    Finding::new(Severity::Error, code, message)
 }
 
 fn no_faces(face: &Face) -> Option<Finding> {
@@ -86,7 +86,8 @@ fn neutral_not_finite(face: &Face) -> Option<Finding> {
     Some(error(
         "not-finite",
         format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", positions[v]),
-    ))
+    )
+    .at([VertexId::from_index(v)]))
 }
 
 fn faulty_faces(face: &Face) -> Option<Finding> {
@@ -156,7 +157,8 @@ fn faulty_handles(face: &Face) -> Vec<Finding> {
             found.push(error(
                 "duplicate-handle",
                 format!("handles {other} and {label} are both vertex {v}; each needs a vertex of its own"),
-            ));
+            )
+            .at([v]));
         }
     }
     found
@@ -185,7 +187,8 @@ fn faulty_examples(face: &Face) -> Vec<Finding> {
             found.push(error(
                 "not-finite",
                 format!("vertex {v} of {what} {name} is at {:?}, expected finite numbers", positions[v]),
-            ));
+            )
+            .at([VertexId::from_index(v)]));
         }
         let is_right = |noise: &f64| (0.0..=LearnedSettings::LARGEST_NOISE).contains(noise);
         if let Some(noise) = noise.filter(|noise| !is_right(noise)) {

@@ -2,7 +2,7 @@
 use super::finding::{Finding, Severity};
 use super::words::first_few;
 use glam::DVec3;
-use rhytid_core::{Example, Mesh};
+use rhytid_core::{Example, Mesh, VertexId};
 use rhytid_geometry::{components, triangulate};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -69,15 +69,15 @@ impl Parts {
         pairs.sort_by_key(|pair| pair.first);
         let words = |pair: &Pair| format!("the parts of vertices {} and {}", pair.first, pair.second);
         let found: Vec<String> = pairs.iter().map(words).collect();
-        (!found.is_empty()).then(|| Finding {
-            severity: Severity::Warning,
-            code: "parts-exchanged",
-            message: format!(
+        (!found.is_empty()).then(|| {
+            let message = format!(
                 "example {} has parts in each other's place, as if they were exported in another order: {}; export \
                  the example with its parts in the neutral's order",
                 example.name,
                 first_few(&found)
-            ),
+            );
+            let vertices = pairs.iter().flat_map(|pair| [pair.first, pair.second]);
+            Finding::new(Severity::Warning, "parts-exchanged", message).at(vertices.map(VertexId::from_index))
         })
     }
 }

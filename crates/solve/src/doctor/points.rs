@@ -30,16 +30,18 @@ pub(super) fn not_on_a_face(face: &Face) -> Option<Finding> {
         }
     }
     let astray = points.iter().zip(is_on_a_face).filter(|(_, is_on)| !is_on);
-    let astray: Vec<String> = astray.map(|((label, point), _)| format!("{label} ({point})")).collect();
+    let astray: Vec<&(&String, &SurfacePoint)> = astray.map(|(handle, _)| handle).collect();
+    let named: Vec<String> = astray.iter().map(|(label, point)| format!("{label} ({point})")).collect();
     (!astray.is_empty()).then(|| {
         error(
             "handle-on-no-face",
             format!(
                 "{} vertices that do not belong to one face: {}; a handle lies on a face, so name vertices of one",
                 count(astray.len(), "handle has", "handles have"),
-                first_few(&astray)
+                first_few(&named)
             ),
         )
+        .at(astray.iter().flat_map(|(_, point)| point.triangle()))
     })
 }
 

@@ -3,7 +3,7 @@ use super::finding::{Report, Severity};
 use super::words::{count, first_few};
 use crate::driven::DrivenComponents;
 use glam::DVec3;
-use rhytid_core::{Bind, Face, Faces, Method};
+use rhytid_core::{Bind, Face, Faces, Method, VertexId};
 use rhytid_geometry::laplacian::is_degenerate;
 use rhytid_geometry::triangulate;
 use std::collections::{HashMap, HashSet};
@@ -20,6 +20,9 @@ pub(super) fn examine(face: &Face, of_file: &Faces, report: &mut Report) {
         faces.dedup();
         format!("{} {}", if faces.len() == 1 { "face" } else { "faces" }, first_few(&faces))
     };
+    let corners = |ts: &[usize]| -> Vec<VertexId> {
+        ts.iter().flat_map(|&t| triangles[t]).map(VertexId).collect()
+    };
     let components = DrivenComponents::new(&mesh.positions, &triangles, &face.handles.points);
 
     undriven(face, of_file, &components, report);
@@ -28,9 +31,10 @@ pub(super) fn examine(face: &Face, of_file: &Faces, report: &mut Report) {
     let degenerate: Vec<usize> =
         (0..triangles.len()).filter(|&t| is_degenerate(triangles[t].map(position))).collect();
     if !degenerate.is_empty() {
-        report.add(
+        report.add_at(
             Severity::Warning,
             "degenerate-triangles",
+            corners(&degenerate),
             format!(
                 "{} no area, in {}; the skin is not held together there: mend or remove it if that shows",
                 count(degenerate.len(), "triangle has", "triangles have"),
@@ -48,9 +52,10 @@ pub(super) fn examine(face: &Face, of_file: &Faces, report: &mut Report) {
         })
         .collect();
     if !duplicate.is_empty() {
-        report.add(
+        report.add_at(
             Severity::Warning,
             "duplicate-triangles",
+            corners(&duplicate),
             format!(
                 "{} another one with the same three vertices, in {}; the skin is stiffer there: remove doubled \
                  faces",
@@ -94,9 +99,10 @@ fn undriven(face: &Face, of_file: &Faces, components: &DrivenComponents, report:
                 format!("handles among them have no skin to pull ({named}): check their vertices"),
             )
         };
-        report.add(
+        report.add_at(
             severity,
             "isolated-vertices",
+            isolated.iter().map(|&v| VertexId::from_index(v)),
             format!(
                 "{} to no face: {}; {then}",
                 count(isolated.len(), "vertex belongs", "vertices belong"),
@@ -108,10 +114,9 @@ fn undriven(face: &Face, of_file: &Faces, components: &DrivenComponents, report:
     let used = in_faces(&mesh.faces);
     let joined = used.iter().zip(&used_of_file).filter(|(named, of_file)| **of_file && !**named).count();
     let mut size: HashMap<u32, (usize, usize)> = HashMap::new();
-    for (v, &c) in components.component.iter().enumerate() {
-        if !components.driven[v] && used[v] {
-            size.entry(c).or_insert((0, v)).0 += 1;
-        }
+    let is_undriven = (0..used.len()).filter(|&v| !components.driven[v] && used[v]);
+    for v in is_undriven.clone() {
+        size.entry(components.component[v]).or_insert((0, v)).0 += 1;
     }
     let mut undriven: Vec<(usize, usize)> = size.into_values().collect();
     undriven.sort_by_key(|&(n, v)| (std::cmp::Reverse(n), v));
@@ -129,9 +134,10 @@ fn undriven(face: &Face, of_file: &Faces, components: &DrivenComponents, report:
             }
             Bind::Nearest => (Severity::Note, "follows the closest point of the skin (bind = \"nearest\")"),
         };
-        report.add(
+        report.add_at(
             severity,
             "components-without-handles",
+            is_undriven.map(VertexId::from_index),
             format!(
                 "{}, {total} of the {} vertices ({}); such a component {fate}",
                 count(
@@ -164,12 +170,14 @@ fn edges(uses: &EdgeUses, report: &mut Report) {
         let mut edges: Vec<(u32, u32)> = uses.iter().filter(|(_, n)| bad(n)).map(|(e, _)| *e).collect();
         edges.sort_unstable();
         let named: Vec<String> = edges.iter().map(|(a, b)| format!("{a}–{b}")).collect();
-        (!edges.is_empty()).then(|| (edges.len(), first_few(&named)))
+        let vertices: Vec<VertexId> = edges.iter().flat_map(|&(a, b)| [a, b]).map(VertexId).collect();
+        (!edges.is_empty()).then(|| (edges.len(), first_few(&named), vertices))
     };
-    if let Some((n, named)) = select(|[up, down]| up + down > 2) {
-        report.add(
+    if let Some((n, named, vertices)) = select(|[up, down]| up + down > 2) {
+        report.add_at(
             Severity::Warning,
             "non-manifold-edges",
+            vertices,
             format!(
                 "{} more than two triangles, between vertices {named}; the skin is stiffer there and its normals \
                  are a mixture: separate the sheets",
@@ -177,10 +185,11 @@ fn edges(uses: &EdgeUses, report: &mut Report) {
             ),
         );
     }
-    if let Some((n, named)) = select(|[up, down]| up + down == 2 && up != down) {
-        report.add(
+    if let Some((n, named, vertices)) = select(|[up, down]| up + down == 2 && up != down) {
+        report.add_at(
             Severity::Warning,
             "inconsistent-orientation",
+            vertices,
             format!(
                 "{} triangles that face opposite ways, between vertices {named}; their normals cancel there: \
                  recalculate the mesh's normals to the outside",
@@ -218,9 +227,10 @@ fn seams(face: &Face, components: &DrivenComponents, uses: &EdgeUses, report: &m
             }
             false => "set weld = true in [mesh] to join them for the solve, or merge them and export again",
         };
-        report.add(
+        report.add_at(
             Severity::Warning,
             "coincident-boundary-vertices",
+            split.iter().flat_map(|&(v, first)| [v, first]).map(VertexId),
             format!(
                 "{} exactly on another one: {}; if they are one point of the skin (glTF splits vertices at texture \
                  seams), the surface is cut open there: {cure}",

@@ -46,6 +46,31 @@ fn the_largest_components_are_named_first() {
 }
 
 #[test]
+fn findings_name_all_their_vertices() {
+    let about = |face: &Face, code: &str| -> Vec<u32> {
+        let report = examine(face);
+        let found = report.findings.iter().find(|finding| finding.code == code).expect(code);
+        found.vertices.iter().map(|v| v.0).collect()
+    };
+    // The sentence names the first vertex of the piece alone.
+    let piece = with(|f| add_piece(f, 4, 3, [0.0, 0.0, -3.0]));
+    assert_eq!(about(&piece, "components-without-handles"), (25..37).collect::<Vec<u32>>());
+    // Of two triangles that share vertices, each vertex is there once.
+    let flat = with(|f| {
+        f.neutral.faces.push(&[8, 6, 7]);
+        f.neutral.faces.push(&[3, 3, 8]);
+    });
+    assert_eq!(about(&flat, "degenerate-triangles"), [3, 6, 7, 8]);
+    let isolated = with(|f| add_vertices(f, &[[6.0, 6.0, 5.0]; 7]));
+    assert_eq!(about(&isolated, "isolated-vertices"), (25..32).collect::<Vec<u32>>());
+    let torn = with(|f| f.examples[0].positions[8] = [90.0; 3]);
+    assert_eq!(about(&torn, "vertices-in-another-order"), [8]);
+    // What is about the whole face names no vertex.
+    let alone = with(|f| f.examples.clear());
+    assert_eq!(about(&alone, "no-examples"), [0; 0]);
+}
+
+#[test]
 fn triangles_without_area() {
     // Three vertices of a row, and one vertex twice. The edges of neither are reported as well.
     let face = with(|f| f.neutral.faces.push(&[6, 7, 8]));
