@@ -1,10 +1,11 @@
 //! The project's chores, one file each.
 //!
-//! `cargo xtask check | setup | test | prose | kernels | web | player | capi | python | package | deny |
-//! fuzz | bench | heads | collections | clients`
+//! `cargo xtask check | setup | test | prose | kernels | web | player | capi | python | blender | package |
+//! deny | fuzz | bench | heads | collections | clients`
 #![forbid(unsafe_code)]
 
 mod bench;
+mod blender;
 mod capi;
 mod check;
 mod clients;
@@ -58,6 +59,8 @@ enum Chore {
     Capi(capi::Capi),
     /// Build the Python package as a wheel, and try it in empty environments.
     Python(wheel::Python),
+    /// Pack the Blender extension with the wheel of the Python package, and check the zip.
+    Blender(blender::Blender),
     /// Pack every published crate, and check that the packages compile and work for a newcomer.
     Package,
     /// Check licences, duplicate versions, sources and advisories of all dependencies with cargo-deny.
@@ -92,6 +95,7 @@ fn main() -> ExitCode {
         Chore::Player(options) => web::player(&options),
         Chore::Capi(options) => capi::capi(&options),
         Chore::Python(options) => wheel::python(&options),
+        Chore::Blender(options) => blender::blender(&options),
         Chore::Package => package::package(),
         Chore::Deny => deny::deny(),
         Chore::Fuzz { seconds, hours } => fuzz::fuzz(seconds, hours),

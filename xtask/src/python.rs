@@ -30,7 +30,7 @@ const ENVIRONMENTS: [Environment; 5] = [
     },
 ];
 
-/// Older Blenders that exports are opened with.
+/// Older Blenders that exports are opened with, and that the extension is for.
 const BLENDERS: [Environment; 2] = [
     Environment {
         folder: "clients/blender-4.2",
@@ -101,7 +101,7 @@ pub(crate) fn numpy() -> Result<PathBuf> {
 
 /// Makes each environment of the tests that is missing or has other packages than its file lists.
 pub(crate) fn python_packages() -> Result {
-    ENVIRONMENTS.iter().try_for_each(Environment::make)
+    ENVIRONMENTS.iter().chain(&BLENDERS).try_for_each(Environment::make)
 }
 
 impl Environment {

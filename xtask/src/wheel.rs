@@ -14,8 +14,17 @@ pub(crate) struct Python {
     #[arg(long)]
     stubs: bool,
     /// The folder to build into.
-    #[arg(long, value_name = "DIR", default_value = "target/wheels")]
+    #[arg(long, value_name = "DIR", default_value = WHEELS)]
     out: PathBuf,
+}
+
+/// Where wheels are built.
+pub(crate) const WHEELS: &str = "target/wheels";
+
+impl Default for Python {
+    fn default() -> Self {
+        Self { stubs: false, out: WHEELS.into() }
+    }
 }
 
 /// Builds the wheel and the sources, and tries the wheel in an empty environment of each Python, without
@@ -50,7 +59,7 @@ pub(crate) fn python(options: &Python) -> Result {
 }
 
 /// The wheel in a folder.
-fn wheel(folder: &Path) -> Result<PathBuf> {
+pub(crate) fn wheel(folder: &Path) -> Result<PathBuf> {
     let files = fs::read_dir(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let mut files = files.flatten().map(|entry| entry.path());
     files

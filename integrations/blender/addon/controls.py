@@ -47,7 +47,13 @@ def make_empties(object: bpy.types.Object, rig: rhytid.Rig, scene: bpy.types.Sce
 
 
 def make_bones(object: bpy.types.Object, rig: rhytid.Rig, context: bpy.types.Context) -> bpy.types.Object:
-    """An armature with a bone for each handle, called as the handle. It is a child of the face."""
+    """An armature with a bone for each handle, called as the handle. It is a child of the face.
+
+    The armature that is there stays if it has all these bones.
+    """
+    there = object.rhytid.armature
+    if there is not None and all(label in there.data.bones for label in rig.labels):
+        return there
     armature = bpy.data.objects.new(f"{object.name} bones", bpy.data.armatures.new(f"{object.name} bones"))
     collection_of(object, context.scene).objects.link(armature)
     armature.parent = object

@@ -67,8 +67,16 @@ def _datablock(object: bpy.types.Object) -> bpy.types.Text:
         settings.data = bpy.data.texts.new(f"{object.name}.rhytid")
         settings.data.from_string("The rig and the take of a face. The add-on Rhytid reads them.\n")
         if former is not None and TAKE in former:
-            settings.data[TAKE] = former[TAKE]
+            put(settings.data, TAKE, bytes(former[TAKE]))
     return settings.data
+
+
+def put(datablock: bpy.types.Text, name: str, data: bytes) -> None:
+    """Gives a datablock a property of bytes."""
+    # Bytes that replace others end at the first zero.
+    if name in datablock:
+        del datablock[name]
+    datablock[name] = data
 
 
 def put_rig(object: bpy.types.Object, data: bytes) -> None:
@@ -87,14 +95,14 @@ def put_rig(object: bpy.types.Object, data: bytes) -> None:
         if RIG in datablock:
             del datablock[RIG]
     else:
-        datablock[RIG] = data
+        put(datablock, RIG, data)
         settings.rig_path = ""
     settings.rig_hash = digest(data)
 
 
 def put_take(object: bpy.types.Object, csv: bytes, name: str) -> None:
     """Keeps a clean take, as Rhytid's CSV, in the .blend file."""
-    _datablock(object)[TAKE] = zlib.compress(csv, 6)
+    put(_datablock(object), TAKE, zlib.compress(csv, 6))
     object.rhytid.take_hash = digest(csv)
     object.rhytid.take_name = name
 

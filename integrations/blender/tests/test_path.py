@@ -15,7 +15,7 @@ from support import DATA, Case, choose, evaluated, load, module, pc2, program
 
 
 @unittest.skipUnless(DATA.is_dir(), "no scans in ../shared")
-class Path_(Case):
+class WholePath(Case):
     def test_from_scans_and_a_capture_to_a_baked_face(self) -> None:
         poses = [load(path) for path in sorted((DATA / "face/poses").glob("*.obj"))[:6]]
         face = load(DATA / "face/neutral.obj")
@@ -74,7 +74,7 @@ class SavedAndOpened(Case):
         bpy.ops.wm.save_as_mainfile(filepath=str(path))
         script = self.folder / "again.py"
         script.write_text(
-            "import sys, bpy, numpy as np\n"
+            "import os, sys, bpy, numpy as np\n"
             "import support\n"
             "bpy.ops.preferences.addon_enable(module=support.ID)\n"
             "bpy.context.preferences.addons[support.ID].preferences.device = 'cpu:0'\n"
@@ -82,7 +82,8 @@ class SavedAndOpened(Case):
             "face = bpy.data.objects['neutral']\n"
             "bpy.context.scene.frame_set(105)\n"
             "np.save(sys.argv[2], support.evaluated(face))\n"
-            "print(support.module('play').problems)\n"
+            # The module of Blender 4.2 crashes where a process ends after a panel was registered.
+            "os._exit(len(support.module('play').problems))\n"
         )
         here = Path(__file__).parent
         done = subprocess.run(
@@ -131,14 +132,16 @@ class SavedAndOpened(Case):
 
     def test_a_damaged_rig_is_named(self) -> None:
         face = self.playing()
-        data = bytearray(face.rhytid.data["rhytid_rig"])
+        store = module("store")
+        data = bytearray(face.rhytid.data[store.RIG])
         data[len(data) // 2] ^= 1
-        face.rhytid.data["rhytid_rig"] = bytes(data)
+        store.put(face.rhytid.data, store.RIG, bytes(data))
+        self.assertEqual(len(face.rhytid.data[store.RIG]), len(data))
         module("store").forget()
         self.fails("is not the one that was solved", bpy.ops.rhytid.update)
-        del face.rhytid.data["rhytid_rig"]
+        del face.rhytid.data[store.RIG]
         self.fails("is gone from the .blend file", bpy.ops.rhytid.update)
         bpy.ops.rhytid.solve()
-        face.rhytid.data["rhytid_take"] = b"no take"
+        store.put(face.rhytid.data, store.TAKE, b"no take")
         module("store").forget()
         self.fails("damaged; open the take again", bpy.ops.rhytid.update)

@@ -151,17 +151,17 @@ class Objects(Case):
 
     def test_linked_duplicates_show_the_same(self) -> None:
         face, expected = self.playing(), self.reference()
-        twin = face.copy()
-        bpy.context.scene.collection.objects.link(twin)
+        copied = face.copy()
+        bpy.context.scene.collection.objects.link(copied)
         self.shows(face, 60, expected[60])
-        self.assert_near(evaluated(twin), expected[60])
-        # A twin with a rig of its own leaves the first one's alone.
-        choose(twin)
-        twin.data = face.data.copy()
+        self.assert_near(evaluated(copied), expected[60])
+        # A copy with a rig of its own leaves the first one's alone.
+        choose(copied)
+        copied.data = face.data.copy()
         former = face.rhytid.rig_hash
-        twin.rhytid.examples.remove(0)
+        copied.rhytid.examples.remove(0)
         bpy.ops.rhytid.solve()
-        self.assertNotEqual(twin.rhytid.rig_hash, former)
+        self.assertNotEqual(copied.rhytid.rig_hash, former)
         module("store").forget()
         module("play").forget()
         self.shows(face, 61, expected[61])

@@ -3,9 +3,12 @@
 //! The compiled half is the one that cargo built for this test. It is laid beside a copy of the Python half,
 //! as a wheel would have it. `cargo xtask python` tests a real wheel.
 
+#[path = "../package/mod.rs"]
+mod package;
+
 use rhytid_test_support::{installed, root};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::Command;
 use std::sync::OnceLock;
 
@@ -25,27 +28,12 @@ fn make() -> Package {
     let python = installed("venv-python/bin/python");
     let folder = tempfile::tempdir().unwrap();
     let source = root().join("python");
-    copy(&source.join("rhytid"), &folder.path().join("rhytid"));
-    copy(&source.join("tests"), &folder.path().join("tests"));
+    package::lay_out(folder.path());
+    package::copy(&source.join("tests"), &folder.path().join("tests"));
     for name in ["stubs.py", "pyproject.toml"] {
         fs::copy(source.join(name), folder.path().join(name)).unwrap();
     }
-    let deps = std::env::current_exe().unwrap().parent().unwrap().to_owned();
-    let compiled =
-        deps.join(format!("{}_rhytid{}", std::env::consts::DLL_PREFIX, std::env::consts::DLL_SUFFIX));
-    fs::copy(&compiled, folder.path().join("rhytid/_rhytid.abi3.so")).unwrap();
     Package { folder, python }
-}
-
-fn copy(from: &Path, to: &Path) {
-    fs::create_dir_all(to).unwrap();
-    for entry in fs::read_dir(from).unwrap() {
-        let path = entry.unwrap().path();
-        let is_ours = path.extension().is_some_and(|e| ["py", "pyi", "typed"].iter().any(|ours| e == *ours));
-        if path.is_file() && is_ours {
-            fs::copy(&path, to.join(path.file_name().unwrap())).unwrap();
-        }
-    }
 }
 
 impl Package {
@@ -53,11 +41,7 @@ impl Package {
     fn run(&self, arguments: &[&str]) {
         let mut command = Command::new(&self.python);
         command.args(arguments).current_dir(self.folder.path()).env("PYTHONPATH", self.folder.path());
-        command.env("RHYTID_ROOT", root()).env("PYTHONDONTWRITEBYTECODE", "1");
-        let output = command.output().unwrap();
-        let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());
-        println!("{}{}", text[0], text[1]);
-        assert!(output.status.success(), "python {} failed", arguments.join(" "));
+        package::run(command);
     }
 }
 

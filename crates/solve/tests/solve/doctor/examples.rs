@@ -57,6 +57,7 @@ fn vertices_in_another_order() {
     let found =
         report.findings.iter().find(|f| f.code == "vertices-in-another-order").expect("most edges are torn");
     says(&found.message, &["example smile tears", "not in the neutral's order"]);
+    says(&found.message, &[&format!("tears {} vertices", found.vertices.len())]);
 }
 
 #[test]
