@@ -113,11 +113,18 @@ impl Animation {
     }
 
     fn frame(&self, py: Python<'_>, index: usize) -> PyResult<Frame> {
+        let frame = self.in_a_row(py, index..index + 1)?.pop();
+        frame.ok_or_else(|| exception(py, &Error::Internal("no frame".into())))
+    }
+
+    fn in_a_row(&self, py: Python<'_>, frames: Range<usize>) -> PyResult<Vec<Frame>> {
+        if frames.is_empty() {
+            return Ok(Vec::new());
+        }
         let monitor = Arc::new(Monitor::default());
-        let mut receiver = self.ask(index..index + 1, Arc::clone(&monitor));
-        let mut frames = wait(py, None, &monitor, &mut receiver)?;
-        let data = frames.pop().ok_or_else(|| exception(py, &Error::Internal("no frame".into())))?;
-        Frame::new(py, data)
+        let mut receiver = self.ask(frames, Arc::clone(&monitor));
+        let frames = wait(py, None, &monitor, &mut receiver)?;
+        frames.into_iter().map(|data| Frame::new(py, data)).collect()
     }
 }
 
@@ -188,6 +195,11 @@ impl Animation {
     fn __getitem__<'py>(&self, py: Python<'py>, index: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         if let Ok(slice) = index.cast::<PySlice>() {
             let found = slice.indices(self.frames as isize)?;
+            if found.step == 1 {
+                // Frames in a row are one piece of work.
+                let frames = found.start as usize..found.start as usize + found.slicelength;
+                return Ok(self.in_a_row(py, frames)?.into_pyobject(py)?.into_any());
+            }
             let mut numbers = Vec::with_capacity(found.slicelength);
             for i in 0..found.slicelength as isize {
                 numbers.push(self.frame(py, (found.start + i * found.step) as usize)?);

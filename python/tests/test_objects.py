@@ -60,6 +60,11 @@ def test_frames_are_those_of_the_file(rig, take, tmp_path):
         assert np.array_equal(frame["velocities"], mesh.GetVelocitiesAttr().Get(number)), number
     assert np.array_equal(animation[-1].positions, animation[len(take) - 1].positions)
     assert [frame.keys() for frame in animation[3:9:2]] == [animation[3].keys()] * 3
+    # A slice is one piece of work, also across those of a walk.
+    for number, frame in zip(range(60, 70), animation[60:70], strict=True):
+        assert np.array_equal(frame.positions, mesh.GetPointsAttr().Get(number))
+        assert np.array_equal(frame["velocities"], mesh.GetVelocitiesAttr().Get(number)), number
+    assert animation[5:5] == [] == animation[9:3]
 
 
 def test_arrays_outlive_what_made_them_and_cannot_be_written(rig, take):

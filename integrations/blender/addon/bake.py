@@ -59,7 +59,7 @@ class BakeShapes(Long, bpy.types.Operator):
         path = Path(self.folder.name) / "shapes.usdc"
 
         def write(progress: Progress) -> Path:
-            animation.write(path, shapes=shapes, no_normals=True, progress=progress)
+            animation.write(path, shapes=shapes, progress=progress)
             return path
 
         return write
@@ -166,7 +166,7 @@ class BakeCache(Long, bpy.types.Operator):
             options = {"start_frame": self.first, "prim_path": PRIM, "mesh_name": MESH}
 
         def write(progress: Progress) -> Path:
-            animation.write(path, progress=progress, no_normals=True, **options)
+            animation.write(path, progress=progress, **options)
             return path
 
         self.given = given

@@ -54,7 +54,7 @@ def show(object: bpy.types.Object, channels: player.Channels) -> None:
     mesh.check_count(object, len(channels["positions"]))
     mesh.show(object, channels["positions"])
     for name, values in channels.items():
-        if name in player.NOT_WRITTEN:
+        if name == "positions":
             continue
         if values.ndim == 2 and values.shape[1] != 3:
             for column in range(values.shape[1]):

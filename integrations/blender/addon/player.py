@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import OrderedDict
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -15,11 +16,11 @@ from . import curves, mesh, project, scene_space, store, timing
 #: The most bytes of frames that are kept for all faces together.
 MOST_BYTES = 512 << 20
 
+#: The frames that are computed ahead while a scene plays.
+AHEAD = 16
+
 #: The channels of a frame by their names.
 Channels = dict[str, np.ndarray]
-
-#: Channels that are not written as attributes: Blender has its own normals.
-NOT_WRITTEN = ("positions", "normals")
 
 
 def device() -> str:
@@ -59,7 +60,8 @@ def wish_of(object: bpy.types.Object, scene: bpy.types.Scene) -> Wish:
 
 def options_of(object: bpy.types.Object, wish: Wish, take: rhytid.Take) -> dict[str, Any]:
     """The options of `rhytid animate` for a wish. The file of edits is for this process alone."""
-    options: dict[str, Any] = {name: True for name in wish.channels}
+    # Blender has normals of its own.
+    options: dict[str, Any] = {"no_normals": True, **{name: True for name in wish.channels}}
     rate = timing.resampled(wish.rate, take.rate)
     if rate is not None:
         options["fps"] = rate
@@ -86,6 +88,24 @@ def write_edit(object: bpy.types.Object, regions: tuple[tuple[str, float, float]
     return str(path)
 
 
+#: The thread that computes ahead. It touches nothing of Blender.
+_workers = ThreadPoolExecutor(1, "rhytid")
+
+
+@dataclass
+class Coming:
+    """Frames that are being computed."""
+
+    frames: range
+    future: "Future[list[list[Channels]]]"
+
+
+def computed(animations: list[rhytid.Animation], frames: range) -> list[list[Channels]]:
+    """The frames of each animation."""
+    of_each = [animation[frames.start : frames.stop] for animation in animations]
+    return [[{name: frame[name] for name in frame.keys()} for frame in moment] for moment in zip(*of_each)]
+
+
 @dataclass
 class Player:
     """A take on its rig, on a device."""
@@ -95,6 +115,9 @@ class Player:
     animations: list[rhytid.Animation]
     kept: "OrderedDict[int, list[Channels]]" = field(default_factory=OrderedDict)
     bytes: int = 0
+    #: The frame that was shown before.
+    last: int | None = None
+    coming: "Coming | None" = None
 
     @classmethod
     def of(cls, object: bpy.types.Object, wish: Wish) -> "Player":
@@ -107,14 +130,30 @@ class Player:
         return len(self.animations[0])
 
     def _frame(self, number: int) -> list[Channels]:
-        if number in self.kept:
-            self.kept.move_to_end(number)
-            return self.kept[number]
-        frames = [animation[number] for animation in self.animations]
-        found = [{name: frame[name] for name in frame.keys() if name != "normals"} for frame in frames]
-        self.kept[number] = found
-        self.bytes += size(found)
-        return found
+        if number not in self.kept and self.coming is not None and number in self.coming.frames:
+            coming, self.coming = self.coming, None
+            for each, frame in zip(coming.frames, coming.future.result()):
+                self._keep(each, frame)
+        if number not in self.kept:
+            self._keep(number, computed(self.animations, range(number, number + 1))[0])
+        if self.last is not None and number == self.last + 1:
+            self._look_ahead(number + 1)
+        self.last = number
+        self.kept.move_to_end(number)
+        return self.kept[number]
+
+    def _keep(self, number: int, frame: list[Channels]) -> None:
+        if number not in self.kept:
+            self.bytes += size(frame)
+            self.kept[number] = frame
+
+    def _look_ahead(self, first: int) -> None:
+        """Has the next frames computed while the scene shows those before them."""
+        while first in self.kept:
+            first += 1
+        if self.coming is None and self.last is not None and first <= self.last + AHEAD and first < len(self):
+            frames = range(first, min(first + AHEAD, len(self)))
+            self.coming = Coming(frames, _workers.submit(computed, self.animations, frames))
 
     def at(self, place: timing.Place, detail: float) -> Channels:
         """The channels of a moment. Between two frames, they are on straight lines."""
