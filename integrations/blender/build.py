@@ -19,8 +19,8 @@ MOMENT = (1980, 1, 1, 0, 0, 0)
 
 #: Platforms of wheels, as Blender calls them.
 PLATFORMS = (
-    (r"linux.*x86_64", "linux-x64"),
-    (r"linux.*aarch64", "linux-arm64"),
+    (r"^(many)?linux.*x86_64", "linux-x64"),
+    (r"^(many)?linux.*aarch64", "linux-arm64"),
     (r"macosx.*arm64", "macos-arm64"),
     (r"macosx.*x86_64", "macos-x64"),
     (r"win_amd64", "windows-x64"),

@@ -30,7 +30,8 @@ pub(crate) fn blender(options: &Blender) -> Result {
     let mut build = command(&python, &["integrations/blender/build.py", version]);
     build.arg(wheel).arg(&zip);
     run(build)?;
-    let find = "import bpy, os; print(os.path.join(bpy.utils.system_resource('SCRIPTS'), 'addons_core/bl_pkg/cli'))";
+    let find =
+        "import bpy, os; print(os.path.join(bpy.utils.system_resource('SCRIPTS'), 'addons_core/bl_pkg/cli'))";
     let folder = output(command(&python, &["-c", find]))
         .ok_or("Blender's module does not start: run `cargo xtask setup`")?;
     let folder = folder.lines().last().unwrap_or_default();

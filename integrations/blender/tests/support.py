@@ -7,6 +7,7 @@ import struct
 import subprocess
 import sys
 import tempfile
+import tomllib
 import unittest
 from pathlib import Path
 
@@ -17,7 +18,9 @@ import build
 from wheel import wheel
 
 ID = "bl_ext.user_default.rhytid"
-VERSION = "0.1.0"
+#: The repository.
+ROOT = Path(__file__).parents[3]
+VERSION = tomllib.loads((ROOT / "Cargo.toml").read_text())["workspace"]["package"]["version"]
 #: Scans and takes that are not in the repository.
 DATA = Path(os.environ.get("RHYTID_SHARED", "")) / "data"
 

@@ -83,11 +83,13 @@ fn no_faces(face: &Face) -> Option<Finding> {
 fn neutral_not_finite(face: &Face) -> Option<Finding> {
     let positions = &face.neutral.positions;
     let v = not_finite(positions)?;
-    Some(error(
-        "not-finite",
-        format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", positions[v]),
+    Some(
+        error(
+            "not-finite",
+            format!("vertex {v} of the neutral mesh is at {:?}, expected finite numbers", positions[v]),
+        )
+        .at([VertexId::from_index(v)]),
     )
-    .at([VertexId::from_index(v)]))
 }
 
 fn faulty_faces(face: &Face) -> Option<Finding> {
@@ -154,11 +156,15 @@ fn faulty_handles(face: &Face) -> Vec<Finding> {
             && let Some(other) = by_vertex.insert(v, label)
             && other != label
         {
-            found.push(error(
-                "duplicate-handle",
-                format!("handles {other} and {label} are both vertex {v}; each needs a vertex of its own"),
-            )
-            .at([v]));
+            found.push(
+                error(
+                    "duplicate-handle",
+                    format!(
+                        "handles {other} and {label} are both vertex {v}; each needs a vertex of its own"
+                    ),
+                )
+                .at([v]),
+            );
         }
     }
     found
@@ -184,11 +190,13 @@ fn faulty_examples(face: &Face) -> Vec<Finding> {
                 ),
             ));
         } else if let Some(v) = not_finite(positions) {
-            found.push(error(
-                "not-finite",
-                format!("vertex {v} of {what} {name} is at {:?}, expected finite numbers", positions[v]),
-            )
-            .at([VertexId::from_index(v)]));
+            found.push(
+                error(
+                    "not-finite",
+                    format!("vertex {v} of {what} {name} is at {:?}, expected finite numbers", positions[v]),
+                )
+                .at([VertexId::from_index(v)]),
+            );
         }
         let is_right = |noise: &f64| (0.0..=LearnedSettings::LARGEST_NOISE).contains(noise);
         if let Some(noise) = noise.filter(|noise| !is_right(noise)) {

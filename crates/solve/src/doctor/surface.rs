@@ -20,9 +20,8 @@ pub(super) fn examine(face: &Face, of_file: &Faces, report: &mut Report) {
         faces.dedup();
         format!("{} {}", if faces.len() == 1 { "face" } else { "faces" }, first_few(&faces))
     };
-    let corners = |ts: &[usize]| -> Vec<VertexId> {
-        ts.iter().flat_map(|&t| triangles[t]).map(VertexId).collect()
-    };
+    let corners =
+        |ts: &[usize]| -> Vec<VertexId> { ts.iter().flat_map(|&t| triangles[t]).map(VertexId).collect() };
     let components = DrivenComponents::new(&mesh.positions, &triangles, &face.handles.points);
 
     undriven(face, of_file, &components, report);
