@@ -35,7 +35,7 @@ class Live(bpy.types.Operator):
         self.times: list[float] = []
         self.positions: list[np.ndarray] = []
         object.rhytid.playing = True
-        play.live.add(object.name)
+        play.paused.add(object.name)
         return object
 
     def _look(self) -> bool:
@@ -51,7 +51,7 @@ class Live(bpy.types.Operator):
 
     def _end(self, context: bpy.types.Context) -> set[str]:
         """Keeps what came as the take."""
-        play.live.discard(self.object)
+        play.paused.discard(self.object)
         object = face.still_there(self.object)
         for text in self.receiver.warnings:
             self.report({"WARNING"}, text)
@@ -72,7 +72,7 @@ class Live(bpy.types.Operator):
                 self._look()
                 time.sleep(PERIOD / 4)
         finally:
-            play.live.discard(self.object)
+            play.paused.discard(self.object)
         return self._end(context)
 
     def invoke(self, context: bpy.types.Context, _event: bpy.types.Event) -> set[str]:
@@ -95,7 +95,7 @@ class Live(bpy.types.Operator):
             return {"PASS_THROUGH"}
         context.workspace.status_text_set(None)
         context.window_manager.event_timer_remove(self._timer)
-        play.live.discard(self.object)
+        play.paused.discard(self.object)
         return run(self, Live._end, context)
 
     def _show(self, context: bpy.types.Context) -> set[str]:

@@ -13,8 +13,8 @@ _players: dict[str, player.Player] = {}
 _followers: dict[str, player.Follower] = {}
 #: What keeps a face from playing, by the object's name. The panel shows it.
 problems: dict[str, str] = {}
-#: Faces that follow a live stream at the moment. `live` shows them.
-live: set[str] = set()
+#: Faces that do not follow the frame at the moment, by the object's name: `live` shows them, or they are not needed.
+paused: set[str] = set()
 
 
 def faces_of(scene: bpy.types.Scene) -> list[bpy.types.Object]:
@@ -65,7 +65,7 @@ def show(object: bpy.types.Object, channels: player.Channels) -> None:
 
 def show_one(object: bpy.types.Object, scene: bpy.types.Scene) -> None:
     """Shows a face in the scene's frame, or keeps its problem for the panel."""
-    if object.data.is_editmode or object.name in live:
+    if object.data.is_editmode or object.name in paused:
         # While it is edited, the mesh belongs to the user.
         return
     try:
@@ -113,7 +113,7 @@ def refresh(scene: bpy.types.Scene) -> None:
 
 def forget() -> None:
     """Drops all that is in memory alone."""
-    for kept in (_players, _followers, problems, live):
+    for kept in (_players, _followers, problems, paused):
         kept.clear()
 
 

@@ -125,12 +125,15 @@ def sampled(context: bpy.types.Context, object: bpy.types.Object, owners: list[b
     scene = context.scene
     before = scene.frame_current
     found = []
+    # The face itself need not follow.
+    play.paused.add(object.name)
     try:
         for frame in range(scene.frame_start, scene.frame_end + 1):
             scene.frame_set(frame)
             places = np.array([tuple(owner.matrix_world.translation) for owner in owners])
             found.append(scene_space.in_object(object, places))
     finally:
+        play.paused.discard(object.name)
         scene.frame_set(before)
     return np.array(found)
 

@@ -184,7 +184,7 @@ class Live(Case):
         self.assertGreater(len(take), 20)
         face.rhytid.address = "nowhere"
         self.fails("expected an address and a port", bpy.ops.rhytid.live, seconds=0.1)
-        self.assertEqual(module("play").live, set())
+        self.assertEqual(module("play").paused, set())
 
 
 class Pure(Case):
