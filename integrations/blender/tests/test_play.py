@@ -218,6 +218,16 @@ class Undo(Case):
         bpy.ops.ed.redo()
         self.shows(bpy.data.objects["neutral"], 60, without[60])
 
+    def test_what_kept_a_face_from_playing_is_forgotten_with_an_undo(self) -> None:
+        face = self.playing()
+        bpy.ops.ed.undo_push(message="play")
+        face.rhytid.rig_hash = ""
+        bpy.ops.ed.undo_push(message="no rig")
+        bpy.context.scene.frame_set(60)
+        self.assertIn("has no rig yet", module("play").problems["neutral"])
+        bpy.ops.ed.undo()
+        self.assertEqual(module("play").problems, {})
+
     def test_a_solve_can_be_undone(self) -> None:
         face = self.face()
         bpy.ops.ed.undo_push(message="before")
@@ -247,6 +257,20 @@ class Memory(Case):
             self.shows(face, 3, expected[3])
         finally:
             player.MOST_BYTES = former
+
+    def test_only_the_next_frames_are_computed_ahead(self) -> None:
+        face, expected = self.playing(), self.reference()
+        for frame in (0, 1):
+            self.shows(face, frame, expected[frame])
+        plays, ahead = module("play")._players[face.name], module("player").AHEAD
+        self.assertEqual(plays.coming.frames, range(2, 2 + ahead))
+        for frame in range(2, 60):
+            self.shows(face, frame, expected[frame])
+            last = max([*plays.kept, *(plays.coming.frames if plays.coming else ())])
+            self.assertLessEqual(last, frame + 2 * ahead)
+        # Where the scene jumps, a frame is computed alone.
+        self.shows(face, 200, expected[200])
+        self.assertNotIn(201, plays.kept)
 
     def test_memory_does_not_grow(self) -> None:
         self.playing()
