@@ -3,7 +3,7 @@ use crate::run::{Result, command, output, run, succeeds};
 use std::path::Path;
 
 /// Packages that the tests run or are checked with, besides Python and Node.js.
-const PACKAGES: [&str; 34] = [
+const PACKAGES: [&str; 36] = [
     // fincore, which tells how much of a file is in memory.
     "util-linux-extra",
     // Vulkan: the loader, the lavapipe driver, the validation layers, `spirv-val`.
@@ -38,6 +38,9 @@ const PACKAGES: [&str; 34] = [
     "webp",
     // A library that many programs read glTF with.
     "libassimp5",
+    // A scheduler of render farms, and `munged`, which its programs need to trust each other.
+    "munge",
+    "slurm-wlm",
     // A display in memory for the window, and a program that moves its pointer and presses its keys.
     "xvfb",
     "xdotool",

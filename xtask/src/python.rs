@@ -14,7 +14,7 @@ struct Environment {
     modules: &'static str,
 }
 
-const ENVIRONMENTS: [Environment; 5] = [
+const ENVIRONMENTS: [Environment; 6] = [
     Environment { folder: "venv", requirements: "requirements.txt", modules: "pxr.Usd, ezc3d" },
     Environment { folder: "venv-usd-24.3", requirements: "requirements-usd-24.3.txt", modules: "pxr.Usd" },
     Environment { folder: "venv-blender", requirements: "requirements-blender.txt", modules: "bpy" },
@@ -27,6 +27,11 @@ const ENVIRONMENTS: [Environment; 5] = [
         folder: "venv-python",
         requirements: "requirements-python.txt",
         modules: "ipykernel, matplotlib, mypy, nbclient, numpy, pandas, pytest, pxr.Usd, tqdm, trimesh",
+    },
+    Environment {
+        folder: "venv-farm",
+        requirements: "requirements-farm.txt",
+        modules: "openjd.cli, openjd.model, openjd.sessions",
     },
 ];
 

@@ -4,6 +4,7 @@ mod animate;
 mod channels;
 mod correct;
 mod explain;
+mod farm;
 mod fine_detail;
 mod help;
 mod judge;
@@ -31,6 +32,7 @@ use clap::{FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use correct::Correct;
 pub(crate) use explain::Explain;
+pub(crate) use farm::{Farm, FarmTask, FilmChoice, StepName};
 pub(crate) use fine_detail::FineDetail;
 pub(crate) use help::{DOCS, command};
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
@@ -225,6 +227,25 @@ The parts come from, on one machine or on several:
 Levels of detail come from `rhytid lod`, and each is animated:
   rhytid stitch --levels FACE.usd level1.usd level2.usd -o levels.usda")]
     Stitch(Stitch),
+
+    /// Play many takes on many machines: write a job for a render farm.
+    ///
+    /// Each take is cut into chunks of frames that different machines evaluate. Schedulers of Open Job
+    /// Description, such as Deadline Cloud, read the job's template.json. slurm.sh submits the job to Slurm.
+    /// --local N runs it here. Without a take, the command says how far the job in DIR is. docs/farm.md says
+    /// what a job costs.
+    #[command(after_help = "\
+Examples:
+  rhytid farm TAKES/*.csv --rig FACE.safetensors -o JOB
+  rhytid farm TAKES/*.csv --rig FACE.safetensors -o JOB --animate \"--velocities --fps 24\" --minutes 20
+  rhytid farm TAKES/*.csv --rig FACE.safetensors -o JOB --local 2
+  rhytid farm -o JOB
+  rhytid farm -o JOB --local 2")]
+    Farm(Box<Farm>),
+
+    /// Do one task of a job, as a scheduler starts it.
+    #[command(hide = true)]
+    FarmTask(FarmTask),
 
     /// Send a take over the network as if it were captured now.
     ///

@@ -29,6 +29,7 @@ mod output;
 mod progress;
 mod quiet_drivers;
 mod remedy;
+mod scheduler;
 mod start;
 
 pub use animation::Animation;

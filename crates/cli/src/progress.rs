@@ -2,6 +2,7 @@
 //! `--quiet`. All of it goes to stderr.
 
 use crate::call::Caller;
+use crate::scheduler::Scheduler;
 use crate::{output, remedy};
 use clap::builder::styling::AnsiColor;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -11,7 +12,7 @@ use rhytid::core::human;
 use std::collections::BTreeSet;
 use std::io::{self, IsTerminal, Write};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Plain lines of a running step come at most this often.
@@ -35,9 +36,11 @@ pub(crate) struct Ui {
     /// The warnings since [`Ui::noted`] was called.
     noted: Mutex<Vec<String>>,
     /// Whether the user asked to stop.
-    stops: AtomicBool,
+    stops: Arc<AtomicBool>,
     /// The program that called the command, in place of a user.
     caller: Option<Caller>,
+    /// The scheduler of a render farm, which also wants to know how far the work is.
+    scheduler: OnceLock<Scheduler>,
 }
 
 #[derive(Debug)]
@@ -64,14 +67,26 @@ impl Ui {
             finished: Mutex::default(),
             warnings: Mutex::default(),
             noted: Mutex::default(),
-            stops: AtomicBool::default(),
+            stops: Arc::default(),
             caller: None,
+            scheduler: OnceLock::new(),
         }
     }
 
     /// Writes nothing: progress and warnings go to the program that called the command.
     pub(crate) fn for_program(caller: Caller) -> Self {
         Self { caller: Some(caller), ..Self::new(true, false) }
+    }
+
+    /// The same user, who sees no progress of this part of the work.
+    pub(crate) fn muted(&self) -> Self {
+        let stops = Arc::clone(&self.stops);
+        Self { stops, caller: self.caller.clone(), ..Self::new(true, self.verbose) }
+    }
+
+    /// Also tells a scheduler how far the work is. Only the first call counts.
+    pub(crate) fn tell(&self, scheduler: Scheduler) {
+        let _ = self.scheduler.set(scheduler);
     }
 
     /// Whether times, settings and whole lists are wanted.
@@ -189,6 +204,9 @@ impl Progress for Ui {
     fn report(&self, name: &'static str, done: u64, total: u64) {
         if let Some(caller) = &self.caller {
             caller.report(name, done, total);
+        }
+        if let Some(scheduler) = self.scheduler.get() {
+            scheduler.report(name, done, total);
         }
         if self.mode == Mode::Silent {
             return;

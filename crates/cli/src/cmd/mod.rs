@@ -12,6 +12,7 @@ mod doctor;
 mod evaluate;
 mod explain;
 mod export_shapes;
+mod farm;
 mod handles;
 mod info;
 mod listen;
@@ -55,6 +56,8 @@ pub(crate) fn run(args: &Args, ui: &Ui) -> Result<u8> {
         Command::Transfer(args) => transfer::run(args, ui)?,
         Command::Pack(args) => pack::run(args, ui)?,
         Command::Lod(args) => lod::run(args, ui)?,
+        Command::Farm(args) => return farm::run(args, ui),
+        Command::FarmTask(args) => return farm::task(args, ui),
         Command::Stitch(args) => stitch::run(args, ui)?,
         Command::ExportShapes(args) => export_shapes::run(args, ui)?,
         Command::Verify(args) => return verify::run(args, ui),

@@ -361,6 +361,7 @@ fn every_command_has_help_with_an_example() {
         "render",
         #[cfg(feature = "view")]
         "view",
+        "farm",
         "stitch",
         "export-shapes",
         "verify",
@@ -403,7 +404,7 @@ fn man_pages_and_completions() {
     let pages = list(&dir.path().join("pages"));
     assert_eq!(
         pages.len(),
-        25 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
+        26 + usize::from(cfg!(feature = "wgpu")) + usize::from(cfg!(feature = "view")),
         "{pages:?}"
     );
     assert!(pages.contains(&"rhytid.1".to_owned()) && pages.contains(&"rhytid-animate.1".to_owned()));

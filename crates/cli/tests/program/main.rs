@@ -17,6 +17,7 @@ mod end_to_end;
 mod example_space;
 mod exports;
 mod fade_and_head;
+mod farm;
 mod judging;
 #[cfg(feature = "wgpu")]
 mod levels;
