@@ -177,6 +177,19 @@ class StitchOptions(TypedDict, total=False):
 
 def stitch(parts: Union[Place, Sequence[Place]], *, progress: Progress = ..., **options: Unpack[StitchOptions]) -> Result: ...
 
+class FarmOptions(TypedDict, total=False):
+    rig: Value
+    output: Value
+    kind: Value
+    animate: Value
+    film: Value
+    minutes: Value
+    chunk: Value
+    local: Value
+    device: Value
+
+def farm(takes: Union[Place, Sequence[Place]] | None = ..., *, progress: Progress = ..., **options: Unpack[FarmOptions]) -> Result: ...
+
 class SendOptions(TypedDict, total=False):
     rig: Value
     to: Value
@@ -443,4 +456,4 @@ class PlayOptions(TypedDict, total=False):
     materials: Literal["each", "one"]
     vertex_ids: bool
 
-__all__ = ["demo", "new", "solve", "animate", "export_shapes", "stitch", "send", "handles", "prepare", "correct", "transfer", "pack", "lod", "doctor", "info", "evaluate", "coverage", "explain", "verify", "devices", "conform", "bench", "man"]
+__all__ = ["demo", "new", "solve", "animate", "export_shapes", "stitch", "farm", "send", "handles", "prepare", "correct", "transfer", "pack", "lod", "doctor", "info", "evaluate", "coverage", "explain", "verify", "devices", "conform", "bench", "man"]

@@ -58,3 +58,27 @@ fn say(what: &str, text: &str) {
     // Nobody may be listening any more.
     let _ = writeln!(out, "openjd_{what}: {line}").and_then(|()| out.flush());
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_percentage_is_of_the_whole_work_and_never_falls() {
+        let scheduler = Scheduler::new(&[("animate", 0.75), ("verify", 0.25)]);
+        let mut percentages = Vec::new();
+        for (step, done) in [
+            ("read the rig", 1),
+            ("animate", 0),
+            ("animate", 2),
+            ("animate", 4),
+            ("verify", 2),
+            ("animate", 1),
+            ("verify", 4),
+        ] {
+            scheduler.report(step, done, 4);
+            percentages.push(scheduler.state.lock().unwrap().percent);
+        }
+        assert_eq!(percentages, [0.0, 0.0, 37.5, 75.0, 87.5, 87.5, 100.0]);
+    }
+}

@@ -117,3 +117,31 @@ fn make_folder_of(file: &Path) -> Result<()> {
     let folder = file.parent().unwrap_or(Path::new(""));
     fs::create_dir_all(folder).map_err(Error::io(folder))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn target(made_from: &str) -> Target {
+        Target { take: 0, file: "parts/a.usd".to_owned(), made_from: made_from.to_owned() }
+    }
+
+    #[test]
+    fn a_record_is_of_its_file_and_of_what_made_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let output = folder.path();
+        let one = target("one");
+        assert!(one.done(output).is_none());
+        one.begin(output).unwrap();
+        fs::write(output.join("parts/a.usd"), "12345").unwrap();
+        one.finish(output, 3, 0.5, Value::Null).unwrap();
+        assert_eq!(one.done(output).map(|record| (record.frames, record.bytes)), Some((3, 5)));
+        assert!(target("two").done(output).is_none());
+        // Another job begins the file, and ends before its end. The file may be that of either.
+        target("two").begin(output).unwrap();
+        assert!(one.done(output).is_none() && target("two").done(output).is_none());
+        one.finish(output, 3, 0.5, Value::Null).unwrap();
+        fs::write(output.join("parts/a.usd"), "1234").unwrap();
+        assert!(one.done(output).is_none(), "a file that was cut short");
+    }
+}
