@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Copies the package `rhytid` into `folder`.
-pub fn lay_out(folder: &Path) {
+pub(crate) fn lay_out(folder: &Path) {
     copy(&root().join("python/rhytid"), &folder.join("rhytid"));
     let deps = std::env::current_exe().unwrap().parent().unwrap().to_owned();
     let compiled =
@@ -16,7 +16,7 @@ pub fn lay_out(folder: &Path) {
 }
 
 /// Copies the files of a folder that belong to Python.
-pub fn copy(from: &Path, to: &Path) {
+pub(crate) fn copy(from: &Path, to: &Path) {
     fs::create_dir_all(to).unwrap();
     for entry in fs::read_dir(from).unwrap() {
         let path = entry.unwrap().path();
@@ -29,7 +29,7 @@ pub fn copy(from: &Path, to: &Path) {
 
 /// Runs Python. What it prints is shown if it fails. It is returned.
 #[track_caller]
-pub fn run(mut command: Command) -> String {
+pub(crate) fn run(mut command: Command) -> String {
     command.env("RHYTID_ROOT", root()).env("PYTHONDONTWRITEBYTECODE", "1");
     let output = command.output().unwrap();
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8_lossy(&bytes).into_owned());

@@ -14,7 +14,7 @@ use super::factors::{Fit, Multiplier, combine, follow, narrow, outer};
 use super::linear::{eigen, extend, product};
 use faer::Mat;
 use glam::Vec3;
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -137,9 +137,8 @@ fn pull(q: &Mat<f64>, t: &[f32], vertices: &mut [ActiveVertex], bound: f32) -> V
     let n = q.ncols();
     let rows: Vec<f32> = (0..q.nrows()).flat_map(|i| (0..n).map(move |j| q[(i, j)] as f32)).collect();
     let arch = Arch::new();
-    let pull = |(index, (vertex, t)): (usize, (&mut ActiveVertex, &[f32]))| {
-        arch.dispatch(|| vertex.pull(index, &rows, t, bound))
-    };
+    let rows = &rows[..];
+    let pull = |(index, (vertex, t))| arch.dispatch(Pull { vertex, index, rows, t, bound });
     vertices
         .par_iter_mut()
         .zip(t.par_chunks(3 * n))
@@ -150,15 +149,29 @@ fn pull(q: &Mat<f64>, t: &[f32], vertices: &mut [ActiveVertex], bound: f32) -> V
         .collect()
 }
 
-impl ActiveVertex {
-    /// One step of ADMM for this vertex. `rows` has Q, row by row, and `t` the vertex's columns of T.
+/// One step of ADMM for a vertex, with the widest vectors of the processor.
+struct Pull<'a> {
+    vertex: &'a mut ActiveVertex,
+    /// Its index among the active ones.
+    index: usize,
+    /// Q, row by row.
+    rows: &'a [f32],
+    /// The vertex's columns of T.
+    t: &'a [f32],
+    bound: f32,
+}
+
+impl WithSimd for Pull<'_> {
+    type Output = Pulled;
+
     #[inline(always)]
-    fn pull(&mut self, index: usize, rows: &[f32], t: &[f32], bound: f32) -> Pulled {
+    fn with_simd<S: Simd>(self, _: S) -> Pulled {
+        let Self { vertex, index, rows, t, bound } = self;
         let n = t.len() / 3;
         let (x, others) = t.split_at(n);
         let (y, z) = others.split_at(n);
         let mut pulled = Pulled { index, entries: Vec::new(), p: Vec::new(), over: 0 };
-        for place in &mut self.places {
+        for place in &mut vertex.places {
             let q = &rows[place.frame as usize * n..][..n];
             let m = Vec3::new(dot(q, x), dot(q, y), dot(q, z));
             pulled.entries.extend(place.pull(m, bound, &mut pulled.over));
@@ -189,7 +202,14 @@ fn dot(a: &[f32], b: &[f32]) -> f32 {
             sums[i] += a[i] * b[i];
         }
     }
-    let mut sum = sums.iter().sum::<f32>();
+    let mut half = sums.len() / 2;
+    while half > 0 {
+        for i in 0..half {
+            sums[i] += sums[i + half];
+        }
+        half /= 2;
+    }
+    let mut sum = sums[0];
     for (a, b) in a_rest.iter().zip(b_rest) {
         sum += a * b;
     }
@@ -210,6 +230,36 @@ impl Place {
         let r = self.y - m - old;
         self.u = -r * (1.0 - radius / r.length()).max(0.0);
         Some(Entry { frame: self.frame as usize, d: old - 2.0 * self.u })
+    }
+}
+
+/// Fills a vertex's columns of R, with the widest vectors of the processor.
+struct Extend<'a> {
+    pulled: &'a Pulled,
+    /// The columns, `width` numbers for each.
+    r: &'a mut [f32],
+    /// S₂, row by row, `new` numbers for each frame.
+    rows: &'a [f32],
+    width: usize,
+    new: usize,
+}
+
+impl WithSimd for Extend<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { pulled, r, rows, width, new } = self;
+        let n = width - new;
+        for (r, p) in r.chunks_exact_mut(width).zip(pulled.p.chunks_exact(n)) {
+            r[..n].copy_from_slice(p);
+        }
+        for entry in &pulled.entries {
+            let s = &rows[entry.frame * new..][..new];
+            for (r, d) in r.chunks_exact_mut(width).zip(entry.d.to_array()) {
+                r[n..].iter_mut().zip(s).for_each(|(r, s)| *r += d * s);
+            }
+        }
     }
 }
 
@@ -234,16 +284,9 @@ fn extended(s: &Mat<f64>, n: usize, pulled: &[Pulled]) -> Vec<f32> {
     let new = width - n;
     let rows: Vec<f32> = (0..s.nrows()).flat_map(|i| (n..width).map(move |j| s[(i, j)] as f32)).collect();
     let mut r = vec![0.0; pulled.len() * 3 * width];
+    let (arch, rows) = (Arch::new(), &rows[..]);
     r.par_chunks_mut(3 * width).zip(pulled).with_min_len(LEAST).for_each(|(r, pulled)| {
-        for (r, p) in r.chunks_exact_mut(width).zip(pulled.p.chunks_exact(n)) {
-            r[..n].copy_from_slice(p);
-        }
-        for entry in &pulled.entries {
-            let s = &rows[entry.frame * new..][..new];
-            for (r, d) in r.chunks_exact_mut(width).zip(entry.d.to_array()) {
-                r[n..].iter_mut().zip(s).for_each(|(r, s)| *r += d * s);
-            }
-        }
+        arch.dispatch(Extend { pulled, r, rows, width, new });
     });
     r
 }

@@ -5,6 +5,7 @@ use faer::linalg::matmul::matmul;
 use faer::linalg::matmul::triangular::{self, BlockStructure};
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 use glam::Vec3;
+use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -92,14 +93,38 @@ pub(super) fn combine(q: &Mat<f32>, t: &[f32]) -> Vec<f32> {
 }
 
 /// The squared distances of a vertex (3F numbers, component by component) from where it should be, for each
-/// frame.
-pub(super) fn distances(y: &[f32], m: &[f32], squares: &mut [f32]) {
-    let f = squares.len();
-    for (c, (y, m)) in y.chunks_exact(f).zip(m.chunks_exact(f)).enumerate() {
-        for ((square, y), m) in squares.iter_mut().zip(y).zip(m) {
-            let d = y - m;
-            *square = if c == 0 { d * d } else { *square + d * d };
+/// frame. Returns the largest.
+pub(super) fn distances(arch: Arch, y: &[f32], m: &[f32], squares: &mut [f32]) -> f32 {
+    arch.dispatch(Distances { y, m, squares })
+}
+
+/// [`distances`], with the widest vectors of the processor.
+struct Distances<'a> {
+    y: &'a [f32],
+    m: &'a [f32],
+    squares: &'a mut [f32],
+}
+
+impl WithSimd for Distances<'_> {
+    type Output = f32;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> f32 {
+        let Self { y, m, squares } = self;
+        let f = squares.len();
+        for (c, (y, m)) in y.chunks_exact(f).zip(m.chunks_exact(f)).enumerate() {
+            for ((square, y), m) in squares.iter_mut().zip(y).zip(m) {
+                let d = y - m;
+                *square = if c == 0 { d * d } else { *square + d * d };
+            }
         }
+        // Several maxima, so that none waits for another one.
+        let mut most = [0.0_f32; 16];
+        let (groups, others) = squares.as_chunks::<16>();
+        for group in groups {
+            most.iter_mut().zip(group).for_each(|(most, square)| *most = most.max(*square));
+        }
+        most.iter().chain(others).fold(0.0, |most, square| most.max(*square))
     }
 }
 

@@ -19,6 +19,7 @@ use super::active::{Active, ActiveVertex, Place, improve};
 use super::factors::{Fit, Multiplier, combine, distances, narrow};
 use super::frames::{Centred, TASK};
 use glam::Vec3;
+use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::Result;
 
@@ -75,6 +76,7 @@ fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
     let q = narrow(&fit.q);
     let mut memory = ACTIVE_BYTES;
     let mut active = Active { vertices: Vec::new(), over: 0, complete: true };
+    let arch = Arch::new();
     for first in centred.frames.blocks() {
         let block = centred.block(first)?;
         let found: Vec<Vec<Found>> = block
@@ -86,8 +88,8 @@ fn examine(centred: &mut Centred<'_>, fit: &Fit, bound: f32) -> Result<Active> {
                 let mut squares = vec![0.0; f];
                 let m = combine(&q, &t[..y.len() / f * n]);
                 let look = |((y, m), multipliers): ((&[f32], &[f32]), &Vec<Multiplier>)| {
-                    distances(y, m, &mut squares);
-                    Found::new(y, &squares, multipliers, bound)
+                    let largest = distances(arch, y, m, &mut squares);
+                    Found::new(y, &squares, largest, multipliers, bound)
                 };
                 y.chunks(3 * f).zip(m.chunks(3 * f)).zip(multipliers).map(look).collect()
             })
@@ -119,11 +121,11 @@ struct Found {
 
 impl Found {
     /// `y` has where the vertex should be, component by component. `squares` has the squared distances from
-    /// there.
-    fn new(y: &[f32], squares: &[f32], multipliers: &[Multiplier], bound: f32) -> Self {
+    /// there, of which `largest` is the largest.
+    fn new(y: &[f32], squares: &[f32], largest: f32, multipliers: &[Multiplier], bound: f32) -> Self {
         let near = (NEAR * bound).powi(2);
         let mut found = Self { over: 0, places: Vec::new() };
-        if multipliers.is_empty() && squares.iter().fold(0.0, |most: f32, &square| most.max(square)) <= near {
+        if multipliers.is_empty() && largest <= near {
             return found;
         }
         let f = squares.len();
@@ -149,6 +151,7 @@ impl Found {
 pub(super) fn worst(centred: &mut Centred<'_>, fit: &Fit) -> Result<f64> {
     let (f, n) = (fit.q.nrows(), fit.q.ncols());
     let q = narrow(&fit.q);
+    let arch = Arch::new();
     let mut worst = 0.0_f32;
     for first in centred.frames.blocks() {
         let block = centred.block(first)?;
@@ -157,10 +160,7 @@ pub(super) fn worst(centred: &mut Centred<'_>, fit: &Fit) -> Result<f64> {
         let largest = found.map(|(y, t)| {
             let mut squares = vec![0.0; f];
             let m = combine(&q, &t[..y.len() / f * n]);
-            let most = |(y, m)| {
-                distances(y, m, &mut squares);
-                squares.iter().fold(0.0, |most: f32, &square| most.max(square))
-            };
+            let most = |(y, m)| distances(arch, y, m, &mut squares);
             y.chunks(3 * f).zip(m.chunks(3 * f)).map(most).fold(0.0, f32::max)
         });
         worst = worst.max(largest.reduce(|| 0.0, f32::max));

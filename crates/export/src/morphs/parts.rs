@@ -5,7 +5,11 @@ use super::linear::product;
 use faer::{Mat, MatRef};
 use rayon::prelude::*;
 use rhytid_core::Result;
+use std::borrow::Cow;
 use std::ops::Range;
+
+/// The targets are converted once for all frames if they fit into so many bytes.
+const KEPT_BYTES: usize = 1 << 26;
 
 /// The stored numbers of an attribute without its base.
 pub(super) struct Moving<'a, T> {
@@ -61,6 +65,14 @@ where
     R: Send,
 {
     let (count, k) = (frames.vertices(), moving.targets);
+    let targets_of = |task: usize| -> Vec<f64> {
+        let components = 3 * TASK * task..3 * count.min(TASK * (task + 1));
+        components.flat_map(|i| (0..k).map(move |k| (moving.target)(k, i))).collect()
+    };
+    let tasks = count.div_ceil(TASK);
+    let fits = 3 * count * k * size_of::<f64>() <= KEPT_BYTES;
+    let kept: Vec<Vec<f64>> =
+        if fits { (0..tasks).into_par_iter().map(targets_of).collect() } else { Vec::new() };
     let mut given = Vec::new();
     for range in frames.batches() {
         frames.batch(attribute, range.clone(), &mut given)?;
@@ -69,9 +81,7 @@ where
         let look_at = |task: usize| {
             let vertex = task * TASK;
             let vertices = TASK.min(count - vertex);
-            let components = 3 * vertex..3 * (vertex + vertices);
-            let targets: Vec<f64> =
-                components.flat_map(|i| (0..k).map(move |k| (moving.target)(k, i))).collect();
+            let targets = kept.get(task).map_or_else(|| Cow::Owned(targets_of(task)), Cow::from);
             let t = MatRef::from_column_major_slice(&targets, k, 3 * vertices);
             let moved = product(t.transpose(), weights.as_ref());
             let frames = range.clone();
@@ -85,7 +95,6 @@ where
                 numbers: 3 * count,
             })
         };
-        let tasks = count.div_ceil(TASK);
         let results: Vec<R> = (0..tasks).into_par_iter().map(look_at).collect();
         let clip = frames.clip(range.start);
         results.into_iter().for_each(|result| add(clip, result));
