@@ -271,6 +271,11 @@ class Memory(Case):
         # Where the scene jumps, a frame is computed alone.
         self.shows(face, 200, expected[200])
         self.assertNotIn(201, plays.kept)
+        # Where the next frames were shown before, none is computed.
+        plays.coming = None
+        for frame in (0, 1, 2):
+            self.shows(face, frame, expected[frame])
+        self.assertIsNone(plays.coming)
 
     def test_memory_does_not_grow(self) -> None:
         self.playing()
