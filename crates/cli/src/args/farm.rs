@@ -65,7 +65,7 @@ pub(crate) struct Farm {
     /// The device of all machines, as `rhytid devices` names it.
     ///
     /// Devices agree to within rounding. With cpu:0, every machine writes the same bytes.
-    #[arg(long, default_value = "cpu:0", help_heading = DEVICE)]
+    #[arg(long, default_value = "cpu:0", requires = "takes", help_heading = DEVICE)]
     pub device: String,
 
     #[command(flatten)]
@@ -97,9 +97,9 @@ pub(crate) struct FarmTask {
     #[arg(short, long, value_name = "DIR", help_heading = OUTPUT)]
     pub output: Option<PathBuf>,
 
-    /// The device to evaluate on, as `rhytid devices` names it.
-    #[arg(long, default_value = "cpu:0", help_heading = DEVICE)]
-    pub device: String,
+    /// The device to evaluate on, as `rhytid devices` names it [default: the job's].
+    #[arg(long, help_heading = DEVICE)]
+    pub device: Option<String>,
 
     /// Do it again, although it is done.
     #[arg(long, help_heading = GLOBAL)]

@@ -26,6 +26,8 @@ pub(super) struct Job {
     pub takes_folder: String,
     /// The extension of the animations.
     pub kind: String,
+    /// The device of all machines.
+    pub device: String,
     /// The words of `animate`. Files in them are relative to the takes' folder.
     pub options: Vec<String>,
     /// The size of the films; none without films.
@@ -149,9 +151,10 @@ impl Job {
     }
 }
 
-/// Whether files of this kind can be stitched.
-pub(super) fn in_parts(kind: &str, options: &[String]) -> bool {
-    ["usd", "usdc", "usda"].contains(&kind) && !options.iter().any(|word| word == "--over")
+/// Whether files with this extension can be stitched.
+fn in_parts(kind: &str, options: &[String]) -> bool {
+    let format = Format::from_extension(&Path::new("x").with_extension(kind));
+    matches!(format, Ok(Format::Usdc | Format::Usda)) && !options.iter().any(|word| word == "--over")
 }
 
 /// The options of `animate` with these words.
@@ -173,13 +176,15 @@ pub(super) fn animate(
     call::parse_animate(line)
 }
 
-/// The hash of all that decides the animation of a take with these options.
+/// The hash of all that decides the animation of a take with these options, which are those of `job`.
 ///
 /// # Errors
-/// As reading the rig, the take and a setup.
-pub(super) fn made_from(args: &args::Animate, rig: &str, take: &str, words: &[String]) -> Result<String> {
-    let recipe = options::recipe(args, rig.to_owned(), Format::from_extension(&args.output)?, None)?;
-    let text = serde_json::to_string(&(VERSION, take, StatedRecipe::from(&recipe).0, words));
+/// As reading a setup.
+pub(super) fn made_from(args: &args::Animate, job: &Job, take: &str) -> Result<String> {
+    let format = Format::from_extension(&args.output)?;
+    let recipe = options::recipe(args, job.rig.hash.clone(), format, None)?;
+    let recipe = StatedRecipe::from(&recipe).0;
+    let text = serde_json::to_string(&(VERSION, take, recipe, &job.options, &job.kind, &job.device));
     let text = text.map_err(|error| Error::Internal(error.to_string()))?;
     Ok(blake3::hash(text.as_bytes()).to_hex().to_string())
 }

@@ -27,12 +27,12 @@ const PATIENCE: Duration = Duration::from_secs(15);
 ///
 /// # Errors
 /// [`Error::Input`] where there is no openjd; [`Error::Cancelled`]; [`Error::Io`].
-pub(super) fn run(job: &Job, folder: &Path, device: &str, at_once: u16, ui: &Ui) -> Result<Vec<String>> {
+pub(super) fn run(job: &Job, folder: &Path, at_once: u16, ui: &Ui) -> Result<Vec<String>> {
     check_openjd()?;
     let folder = folder.canonicalize().map_err(Error::io(folder))?;
     let logs = folder.join("logs");
     fs::create_dir_all(&logs).map_err(Error::io(&logs))?;
-    let farm = Farm { job, folder: &folder, device, logs: &logs, ui };
+    let farm = Farm { job, folder: &folder, logs: &logs, ui };
     let mut failures = Vec::new();
     for (step, tasks) in steps(job) {
         let is_next =
@@ -58,7 +58,6 @@ fn check_openjd() -> Result<()> {
 struct Farm<'a> {
     job: &'a Job,
     folder: &'a Path,
-    device: &'a str,
     logs: &'a Path,
     ui: &'a Ui,
 }
@@ -137,7 +136,7 @@ impl Farm<'_> {
             ("Takes", places.takes),
             ("Output", places.output),
             ("Program", program()),
-            ("Device", PathBuf::from(self.device)),
+            ("Device", PathBuf::from(&job.device)),
         ];
         for (name, value) in values {
             let mut word = std::ffi::OsString::from(format!("{name}="));

@@ -1,5 +1,6 @@
 //! `rhytid farm`: many takes on many machines.
 
+mod disk;
 mod job;
 mod local;
 mod record;
@@ -70,7 +71,7 @@ pub(super) fn run(args: &args::Farm, ui: &Ui) -> Result<u8> {
         false => write::write(args, ui)?,
     };
     let failures = match args.local {
-        Some(at_once) => local::run(&written.job, folder, &args.device, at_once, ui)?,
+        Some(at_once) => local::run(&written.job, folder, at_once, ui)?,
         None => Vec::new(),
     };
     ui.clear();

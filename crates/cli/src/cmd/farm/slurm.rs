@@ -11,10 +11,8 @@ pub(super) const SCRIPT: &str = "slurm.sh";
 const FUNCTIONS: &str = include_str!("slurm.sh");
 
 /// The script of a job.
-pub(super) fn script(job: &Job, device: &str) -> String {
-    // A shell reads the name in double quotes.
-    let device: String = device.chars().filter(|c| !"\"\\$`".contains(*c) && !c.is_control()).collect();
-    let mut text = FUNCTIONS.replace("@device@", &device);
+pub(super) fn script(job: &Job) -> String {
+    let mut text = FUNCTIONS.to_owned();
     for (step, tasks) in steps(job) {
         let options = match step {
             // A film waits for nothing, and other tasks go first.

@@ -18,7 +18,7 @@ submit() {
             --chdir="$folder" --output="logs/slurm-$RHYTID_STEP-%A-%a.txt" "$@" <<'TASK'
 #!/bin/sh
 exec "$RHYTID_PROGRAM" farm-task "$RHYTID_STEP" "$((SLURM_ARRAY_TASK_ID + RHYTID_FIRST))" \
-    --job "$RHYTID_FOLDER/job.json" --device "@device@"
+    --job "$RHYTID_FOLDER/job.json"
 TASK
         )
         numbers=$numbers:${number%%;*}

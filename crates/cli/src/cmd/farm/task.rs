@@ -64,7 +64,8 @@ fn task(args: &FarmTask, ui: &Ui) -> Result<String> {
     if !args.again && target.done(&places.output).is_some() {
         return Ok(format!("{}: is there already; --again writes it again", target.file));
     }
-    let task = Task { job: &job, places: &places, target, args, ui };
+    let device = args.device.as_deref().unwrap_or(&job.device);
+    let task = Task { job: &job, places: &places, target, device, args, ui };
     let start = Instant::now();
     let done = match args.step {
         StepName::Animate => task.animate()?,
@@ -78,6 +79,7 @@ struct Task<'a> {
     job: &'a Job,
     places: &'a Places,
     target: Target,
+    device: &'a str,
     args: &'a FarmTask,
     ui: &'a Ui,
 }
@@ -139,7 +141,7 @@ impl Task<'_> {
     /// Draws a take.
     #[cfg(feature = "wgpu")]
     fn film(&self) -> Result<Done> {
-        let Self { job, places, args: task, ui, target } = self;
+        let Self { job, places, args: task, ui, target, device } = self;
         let Some(size) = &job.film else {
             return Err(Error::input(format!(
                 "{}: the job has no films; write it again without `--film none`",
@@ -151,7 +153,7 @@ impl Task<'_> {
         target.begin(&places.output)?;
         let mut line: Vec<OsString> = vec!["render".into(), options.rig.clone().into()];
         line.extend([options.takes[0].clone().into(), "-o".into(), places.output.join(&target.file).into()]);
-        line.extend(["--size", size, "--device", &task.device].map(OsString::from));
+        line.extend(["--size", size, "--device", device].map(OsString::from));
         let Command::Render(mut args) = call::parse(line)?.command else {
             return Err(Error::Internal("the words are another command".into()));
         };
@@ -171,10 +173,10 @@ impl Task<'_> {
 
     /// The options of `animate` for the target's take.
     fn options(&self, frames: &str) -> Result<Box<Animate>> {
-        let Self { job, places, args: task, target, .. } = self;
+        let Self { job, places, target, device, .. } = self;
         // A film has the options of the animation.
         let file = Path::new(&target.file).with_extension(&job.kind);
-        job.animate(places, target.take, &places.output.join(file), frames, &task.device)
+        job.animate(places, target.take, &places.output.join(file), frames, device)
     }
 
     /// Keeps that the task is done. Returns what it did, in words.
@@ -211,7 +213,7 @@ impl Task<'_> {
         if hash != take.hash {
             return changed(file, "another take");
         }
-        if job::made_from(options, &rig, &hash, &job.options)? != take.made_from {
+        if job::made_from(options, job, &hash)? != take.made_from {
             return Err(Error::input(format!(
                 "{}: a setup or shapes that the options name are others than {} was written for; write the job \
                  again with `rhytid farm`",

@@ -35,8 +35,8 @@ pub(super) fn steps(job: &Job) -> Vec<(StepName, usize)> {
     steps
 }
 
-/// The template of a job. `name` is for people; `device` is the default of its parameter.
-pub(super) fn template(job: &Job, name: &str, device: &str) -> Value {
+/// The template of a job. `name` is for people.
+pub(super) fn template(job: &Job, name: &str) -> Value {
     let steps: Vec<Value> = steps(job).into_iter().map(|(name, tasks)| step(name, tasks)).collect();
     // The specification allows 128 characters, and braces have a meaning.
     let is_plain = |c: &char| !c.is_control() && !"{}".contains(*c);
@@ -45,7 +45,7 @@ pub(super) fn template(job: &Job, name: &str, device: &str) -> Value {
         "specificationVersion": "jobtemplate-2023-09",
         "name": name,
         "description": "Plays takes on a rig, frames of a take at a time. `rhytid farm` wrote this file.",
-        "parameterDefinitions": parameters(device),
+        "parameterDefinitions": parameters(&job.device),
         "steps": steps,
     })
 }

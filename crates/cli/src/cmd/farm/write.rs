@@ -3,7 +3,7 @@
 use super::job::{self, Chunk, InputFile, JOB, Job, Places, Take, VERSION};
 use super::speed::Speed;
 use super::template::{TEMPLATE, template};
-use super::{Failed, Written, slurm, words};
+use super::{Failed, Written, disk, slurm, words};
 use crate::args::{Animate, Farm, FilmChoice};
 use crate::cmd::animate::{options, perform, take_name};
 use crate::progress::Ui;
@@ -16,9 +16,6 @@ use rhytid::{Error, Progress, Result, Rig};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The kinds of files that can be read back and compared.
-const KINDS: [&str; 6] = ["usd", "usdc", "usda", "usdz", "glb", "gltf"];
-
 /// Writes the job, its template and the script for Slurm.
 ///
 /// # Errors
@@ -28,11 +25,12 @@ pub(super) fn write(args: &Farm, ui: &Ui) -> Result<Written> {
     let Some(rig_path) = &args.rig else {
         return Err(Error::input("the takes need a rig; give it with --rig RIG"));
     };
-    if !KINDS.contains(&args.kind.as_str()) {
+    let kind = Path::new("x").with_extension(&args.kind);
+    if let Format::Pc2 | Format::Csv = Format::from_extension(&kind)? {
         return Err(Error::unsupported_format(format!(
-            "--kind {}: expected one of {}, which can be read back and compared",
-            args.kind,
-            KINDS.join(", ")
+            "--kind {}: such a file does not say how it was made, so that no task can verify it; choose usd, usdc, \
+             usda, usdz, glb or gltf",
+            args.kind
         )));
     }
     let words = words::split(&args.animate)?;
@@ -62,6 +60,7 @@ pub(super) fn write(args: &Farm, ui: &Ui) -> Result<Written> {
         rig: InputFile { file: job::relative(rig_path, &folder)?, hash: rig_file::hash(rig_path)? },
         takes_folder: job::relative(&takes_folder, &folder)?,
         kind: args.kind.clone(),
+        device: args.device.clone(),
         options: words::within(&words, &takes_folder)?,
         film: match &args.film {
             FilmChoice::Size(size) => Some(size.clone()),
@@ -107,15 +106,16 @@ pub(super) fn write(args: &Farm, ui: &Ui) -> Result<Written> {
     let is_cut = job.has_parts();
     let speed = match args.chunk {
         Some(_) => None,
-        None => Some(
-            ui.timed("measure the first take", || measure(&job, &places, &folder, &args.device, &muted)).0?,
-        ),
+        None => Some(ui.timed("measure the first take", || measure(&job, &places, &folder, &muted)).0?),
     };
     let frames_of_chunk = match (args.chunk, &speed) {
         _ if !is_cut => None,
         (Some(frames), _) => Some(frames as usize),
         (None, speed) => speed.map(|speed| speed.chunk(args.minutes)),
     };
+    if let Some(speed) = &speed {
+        disk::check(&args.output, speed, job.takes.iter().map(|take| take.frames).sum());
+    }
     job.chunks = chunks(&job, frames_of_chunk);
     write_files(&job, &folder, args)?;
     Ok(Written { job, failed, frames_of_chunk, speed })
@@ -124,14 +124,14 @@ pub(super) fn write(args: &Farm, ui: &Ui) -> Result<Written> {
 /// The files of the job. Nothing that the job reads may be one of them.
 fn write_files(job: &Job, folder: &Path, args: &Farm) -> Result<()> {
     let name = folder.file_name().unwrap_or_default().to_string_lossy();
-    let template = serde_json::to_string_pretty(&template(job, &name, &args.device));
+    let template = serde_json::to_string_pretty(&template(job, &name));
     let template = template.map_err(|error| Error::Internal(error.to_string()))? + "\n";
     let outputs = [folder.join(JOB), folder.join(TEMPLATE), folder.join(slurm::SCRIPT)];
     let outputs: Vec<&Path> = outputs.iter().map(PathBuf::as_path).collect();
     refuse_inputs(&outputs, args.rig.iter().chain(&args.takes).map(PathBuf::as_path))?;
     job.write(folder)?;
     output::file(outputs[1], template.as_bytes())?;
-    output::file(outputs[2], slurm::script(job, &args.device).as_bytes())
+    output::file(outputs[2], slurm::script(job).as_bytes())
 }
 
 /// An option that is for one take, or that names a file in another way, is a mistake.
@@ -170,9 +170,9 @@ fn takes_folder(files: &[PathBuf]) -> Result<PathBuf> {
 }
 
 /// Measures the first take.
-fn measure(job: &Job, places: &Places, folder: &Path, device: &str, ui: &Ui) -> Result<Speed> {
+fn measure(job: &Job, places: &Places, folder: &Path, ui: &Ui) -> Result<Speed> {
     let output = folder.join(format!("measure.{}", job.kind));
-    let options = job.animate(places, 0, &output, "..", device)?;
+    let options = job.animate(places, 0, &output, "..", &job.device)?;
     Speed::measure(folder, options, job.takes[0].frames, ui)
 }
 
@@ -226,7 +226,7 @@ impl Reader<'_> {
         let output = places.output.join(format!("{name}.{}", job.kind));
         let words = words::from_folder(&job.options, &places.takes);
         let options = job::animate(&places.rig, path, &output, "..", &first.device, &words)?;
-        let made_from = job::made_from(&options, &job.rig.hash, &hash, &job.options)?;
+        let made_from = job::made_from(&options, job, &hash)?;
         let recipe = options::recipe(&options, job.rig.hash.clone(), Format::from_extension(&output)?, None)?;
         perform(&options, (*rig).clone(), None, recipe, take)
             .map_err(|error| error.in_file(path.display()))?;

@@ -66,6 +66,30 @@ fn a_full_disk_costs_the_task_alone() {
     show.assert_whole();
 }
 
+/// Four takes of 8 MB do not fit on a disk of 20 MB, and the measurement of one does.
+#[test]
+fn animations_that_cannot_fit_are_a_warning() {
+    let show = Show::new();
+    let out = show.path("JOB");
+    fs::create_dir(&out).unwrap();
+    let mount = Command::new("mount").args(["-t", "tmpfs", "-o", "size=20m", "tmpfs"]).arg(&out).output();
+    if !mount.is_ok_and(|output| output.status.success()) {
+        rhytid_test_support::skip("this user may not mount a small disk");
+        return;
+    }
+    let _unmount = Unmount(&out);
+    ["b", "c", "d"].iter().for_each(|name| show.take(&format!("takes/{name}.csv"), 217));
+    let takes = ["takes/speech.csv", "takes/b.csv", "takes/c.csv", "takes/d.csv"];
+    let words = ["farm", "--rig", "face.safetensors", "-o", "JOB"];
+    let warned = |takes: &[&str]| stderr(&show.run(&[&words[..], takes].concat()));
+    let said = warned(&takes);
+    assert!(
+        said.contains("warning: JOB: the animations need about ") && said.contains(" are free there"),
+        "{said}"
+    );
+    assert!(!warned(&takes[..1]).contains("warning: JOB"));
+}
+
 struct Unmount<'a>(&'a Path);
 
 impl Drop for Unmount<'_> {
