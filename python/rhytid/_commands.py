@@ -34,10 +34,15 @@ class Result(dict):  # type: ignore[type-arg]
         return pandas.json_normalize(found)
 
 
+#: Commands that write down where their files are. Files of what is in memory would be gone by then.
+KEEPING_PATHS = ("farm",)
+
+
 class Files:
     """Files of rigs, takes and faces that are in memory, for as long as a command reads them."""
 
-    def __init__(self) -> None:
+    def __init__(self, command: str) -> None:
+        self._command = command
         self._folder: tempfile.TemporaryDirectory[str] | None = None
 
     def __enter__(self) -> "Files":
@@ -56,6 +61,9 @@ class Files:
     def word(self, place: str, value: Any) -> str:
         """A place of the command line: a path, or what is in memory."""
         if isinstance(value, (_rhytid.Rig, _rhytid.Take)):
+            if self._command in KEEPING_PATHS:
+                what = type(value).__name__.lower()
+                raise ValueError(f"{place}: expected a path, found a {what} in memory; save it, and give its path")
             path = self.path(".safetensors" if isinstance(value, _rhytid.Rig) else ".csv")
             value.save(path)
             return os.fspath(path)
@@ -74,7 +82,7 @@ def make(command: dict[str, Any]) -> Callable[..., Result]:
 
     def function(*given: Any, progress: Progress = None, **options: Any) -> Result:
         bound = signature.bind(*given, **options)
-        with Files() as files:
+        with Files(name) as files:
             line = [name]
             for place in places:
                 value = bound.arguments.get(place["name"])

@@ -50,7 +50,7 @@ def render(rig: Any, take: Any, *, output: Any = None, progress: Progress = None
     """
     if output is not None:
         return COMMANDS["render"](rig, take, output=output, progress=progress, **options)
-    with Files() as files:
+    with Files("render") as files:
         path = files.path(".png")
         result = COMMANDS["render"](rig, take, output=path, progress=progress, **options)
         return Picture(path.read_bytes(), result)

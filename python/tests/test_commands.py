@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 import rhytid
 from rhytid import _rhytid
@@ -35,6 +36,18 @@ def test_results_are_those_of_the_program(demo, face, rig, take):
     assert {**info, "file": ""} == {**theirs, "file": ""}
     found = rhytid.evaluate(face, device="cpu:0")
     assert found == printed("evaluate", face.path, "--device", "cpu:0")
+
+
+def test_a_farm_wants_paths(demo, rig, take, tmp_path):
+    # The machines of the farm read the rig and the takes later.
+    for takes, of_rig, place in [([take], demo / "face.safetensors", "takes"), ([demo / "performance.csv"], rig, "rig")]:
+        with pytest.raises(ValueError, match=f"^{place}: expected a path, found a .* in memory; save it"):
+            rhytid.farm(takes, rig=of_rig, output=tmp_path / "job")
+    assert not (tmp_path / "job").exists()
+    job = rhytid.farm(
+        demo / "performance.csv", rig=demo / "face.safetensors", output=tmp_path / "job", chunk=100, film="none"
+    )
+    assert job["takes"] == 1 and job["chunks"] == -(-job["frames"] // 100)
 
 
 def test_findings_become_a_table(face):

@@ -51,7 +51,7 @@ pub struct TakeOutcome {
     pub frames: usize,
     /// How many frames are in `doubtful`.
     pub doubtful_frames: usize,
-    /// Where a marker was guessed, or where markers move as no skin does.
+    /// Where a marker was guessed, where markers move as no skin does, or where no example is like it.
     pub doubtful: Vec<Run>,
     /// The size of `file`, in bytes.
     pub bytes: u64,
@@ -211,10 +211,10 @@ fn page(takes: &Takes) -> String {
         section {
             h2 { "All takes" }
             p {
-                "Those to look at first are above. A bar has the frames of a take. In the "
-                span.doubtful { "coloured" } " ones, a marker was guessed, or markers move as no skin does. "
-                code { "rhytid view RIG TAKE" } " shows such a take, and "
-                code { "rhytid prepare TAKE --rig RIG -o CLEAN.csv --report FOLDER" } " says what was done to each marker."
+                "Those to look at first come first. A bar has the frames of a take. In the "
+                span.doubtful { "coloured" } " ones, a marker was guessed, markers move as no skin does, or the "
+                "expression is far outside the examples. "
+                "The window shows such a take, and the report of its clean-up says what was done to each marker."
             }
             (table(takes))
         }
@@ -228,9 +228,14 @@ fn findings(takes: &Takes) -> Vec<Finding> {
     let finding = |take: &TakeOutcome| {
         let words = match take.outcome {
             Outcome::Failed => html! { b { (take.name()) } " failed. " (take.what()) },
-            _ => {
-                html! { b { (take.name()) } ": " (percent(take)) " of the frames are doubtful. " (take.what()) }
-            }
+            _ => html! {
+                b { (take.name()) } ". "
+                @if take.doubtful_frames > 0 { (percent(take)) " of the frames are doubtful. " }
+                @match take.warnings.first() {
+                    Some(warning) => { (warning) }
+                    None => { (take.what()) }
+                }
+            },
         };
         Finding { words, picture: None }
     };

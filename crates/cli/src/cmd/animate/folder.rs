@@ -6,7 +6,7 @@
 use super::options::{self, export_options};
 use super::warnings::warn;
 use super::{perform, take_name};
-use crate::args::{self, FramesChoice};
+use crate::args;
 use crate::progress::Ui;
 use crate::{exit, exit_code, inputs, output};
 use rhytid::capture::{Event, Kind};
@@ -195,20 +195,15 @@ impl Job<'_> {
         for event in &events {
             *entry.events.entry(event.kind.name().to_owned()).or_default() += 1;
         }
-        let is_doubtful = doubtful(&take, &events);
-        let range = match args.frames {
-            FramesChoice::Range(range) => {
-                range.within(take.frames()).map_err(|error| error.in_file(take_file.display()))?
-            }
-            FramesChoice::Count(_) => 0..take.frames(),
-        };
-        let is_doubtful = &is_doubtful[range];
+        let mut is_doubtful = doubtful(&take, &events);
         let performance = perform(args, (*rig).clone(), None, recipe, take)
             .map_err(|error| error.in_file(take_file.display()))?;
-        warn(args, self.format, &performance, Some(&take_file), ui)?;
+        let far = warn(args, self.format, &performance, Some(&take_file), ui)?;
+        far.into_iter().for_each(|frames| is_doubtful[frames].fill(true));
         let mut playback = performance.playback(&self.devices, *ui)?;
         let written = playback.export(&performance, &entry.file, &options, *ui)?;
-        entry.doubt(&at_frames(is_doubtful, performance.selection.inner.len()));
+        let range = performance.recipe.first_frame as usize..performance.recipe.end_frame as usize;
+        entry.doubt(&at_frames(&is_doubtful[range], performance.selection.inner.len()));
         entry.bytes = written.bytes;
         entry.outcome = Outcome::Written;
         Ok(())

@@ -16,37 +16,39 @@ use std::path::Path;
 const STRETCHES: usize = 4;
 
 /// Says what is likely wrong with a take, and which options change nothing. `path` is the take's, if it has
-/// one.
+/// one. Returns the frames that are far outside the examples.
 pub(super) fn warn(
     args: &args::Animate,
     format: Format,
     performance: &Performance,
     path: Option<&Path>,
     ui: &Ui,
-) -> Result<()> {
+) -> Result<Vec<Range<usize>>> {
     let Performance { rig, take, recipe, .. } = performance;
     let range = recipe.first_frame as usize..recipe.end_frame as usize;
-    let is_far = warn_far(rig, &take.take, &range, ui)?;
-    say_what_changes_nothing(args, &take.take, path, is_far);
+    let far = warn_far(rig, &take.take, &range, ui)?;
+    say_what_changes_nothing(args, &take.take, path, !far.is_empty());
     warn_head_left_out(args, format, &take.take);
-    Ok(())
+    Ok(far)
 }
 
-/// Warns once about all frames of `range` that are far outside the examples. Returns whether there are any.
-fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<bool> {
+/// Warns once about all frames of `range` that are far outside the examples. Returns them, as frames of the
+/// take.
+fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<Vec<Range<usize>>> {
     if rig.learned().is_none() || rig.examples().names.is_empty() {
-        return Ok(false);
+        return Ok(Vec::new());
     }
     let asked = take.slice(range.clone());
     let far = coverage::take_sigma(rig, &asked, &Regions::by_handles(rig), ui)?.far;
-    let Some(worst) = far.iter().max_by(|a, b| a.times.total_cmp(&b.times)) else { return Ok(false) };
+    let Some(worst) = far.iter().max_by(|a, b| a.times.total_cmp(&b.times)) else { return Ok(Vec::new()) };
     let frames: usize = far.iter().map(|stretch| stretch.frames).sum();
+    let first = |stretch: &coverage::Far| range.start + stretch.first;
     let stretches: Vec<String> = far
         .iter()
         .take(STRETCHES)
         .map(|stretch| match stretch.frames {
-            1 => (range.start + stretch.first).to_string(),
-            n => format!("{}..{}", range.start + stretch.first, range.start + stretch.first + n),
+            1 => first(stretch).to_string(),
+            n => format!("{}..{}", first(stretch), first(stretch) + n),
         })
         .collect();
     let more = if far.len() > STRETCHES {
@@ -66,7 +68,7 @@ fn warn_far(rig: &Rig, take: &Take, range: &Range<usize>, ui: &Ui) -> Result<boo
         human::times(worst.times),
         worst.of
     );
-    Ok(true)
+    Ok(far.iter().map(|stretch| first(stretch)..first(stretch) + stretch.frames).collect())
 }
 
 /// Reports options that have no effect on this take. That is no error, since scripts give them to every take.
