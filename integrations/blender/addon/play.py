@@ -69,7 +69,7 @@ def show_one(object: bpy.types.Object, scene: bpy.types.Scene) -> None:
         # While it is edited, the mesh belongs to the user.
         return
     try:
-        if object.library is not None or object.data.library is not None:
+        if not (object.is_editable and object.data.is_editable):
             raise Problem(f"the face {object.name} is linked from another file; make it local to play it")
         show(object, channels_of(object, scene))
     except EXPECTED as error:
@@ -103,7 +103,7 @@ def limit(players: list[player.Player]) -> None:
 def refresh(scene: bpy.types.Scene) -> None:
     """Shows all faces anew after a setting changed, and the neutral of those that play no more."""
     for object in scene.objects:
-        if object.type == "MESH" and object.data.library is None:
+        if object.type == "MESH" and object.data.is_editable:
             key = mesh.play_key(object)
             if key is not None:
                 others = (other for other in scene.objects if other.type == "MESH" and other.data == object.data)

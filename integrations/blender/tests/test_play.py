@@ -166,6 +166,19 @@ class Objects(Case):
         module("play").forget()
         self.shows(face, 61, expected[61])
 
+    def test_a_face_of_another_file_is_left_alone_and_says_so(self) -> None:
+        name = self.playing().name
+        file = str(self.folder / "scene.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=file)
+        bpy.ops.wm.read_homefile(use_empty=True)
+        with bpy.data.libraries.load(file, link=True) as (_there, wanted):
+            wanted.objects = [name]
+        bpy.context.scene.collection.objects.link(wanted.objects[0])
+        before = evaluated(wanted.objects[0])
+        bpy.context.scene.frame_set(60)
+        self.assertIn("make it local to play it", module("play").problems[name])
+        self.assert_near(evaluated(wanted.objects[0]), before)
+
     def test_a_face_may_be_renamed_and_deleted(self) -> None:
         face, expected = self.playing(), self.reference()
         bpy.context.scene.frame_set(10)
