@@ -256,10 +256,28 @@ fn usd_faults(text: &str) -> Vec<Fault> {
     faults
 }
 
+/// Gives the neutral two materials, whose faces follow each other in turns. So the triangles of a material are
+/// not together in the rig.
+fn alternate_materials(f: &Fixture) {
+    let mut text = "mtllib neutral.mtl\n".to_owned();
+    let mut faces = 0;
+    for line in f.read_text("neutral.obj").lines() {
+        if line.starts_with("f ") {
+            text.push_str(["usemtl dark\n", "usemtl light\n"][faces % 2]);
+            faces += 1;
+        }
+        text.push_str(line);
+        text.push('\n');
+    }
+    f.write("neutral.obj", text);
+    f.write("neutral.mtl", "newmtl dark\nKd 0.1 0.1 0.1\nnewmtl light\nKd 0.9 0.9 0.9\n");
+}
+
 /// Each kind of file with every fault that a machine can make: `verify` finds all.
 #[test]
 fn every_fault_of_a_usd_file_is_found() {
     let f = Fixture::with_side(11);
+    alternate_materials(&f);
     f.done("solve face.toml -o face.safetensors");
     let head = ",head_tx,head_ty,head_tz,head_qx,head_qy,head_qz,head_qw";
     let take = f.take(6);
@@ -325,23 +343,6 @@ fn remove(document: &mut serde_json::Value, path: &str) {
         serde_json::Value::Array(items) => drop(items.remove(name.parse().unwrap())),
         other => panic!("{path}: {other}"),
     }
-}
-
-/// Gives the neutral two materials, whose faces follow each other in turns. So the triangles of a material are
-/// not together in the rig.
-fn alternate_materials(f: &Fixture) {
-    let mut text = "mtllib neutral.mtl\n".to_owned();
-    let mut faces = 0;
-    for line in f.read_text("neutral.obj").lines() {
-        if line.starts_with("f ") {
-            text.push_str(["usemtl dark\n", "usemtl light\n"][faces % 2]);
-            faces += 1;
-        }
-        text.push_str(line);
-        text.push('\n');
-    }
-    f.write("neutral.obj", text);
-    f.write("neutral.mtl", "newmtl dark\nKd 0.1 0.1 0.1\nnewmtl light\nKd 0.9 0.9 0.9\n");
 }
 
 #[test]
