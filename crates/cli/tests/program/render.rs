@@ -1,6 +1,6 @@
 //! `rhytid render`: pictures of frames, on every device that draws.
 
-use crate::common::{Fixture, assert_refused, list};
+use crate::common::{Fixture, assert_refused, image, list};
 
 fn png(bytes: &[u8]) -> (png::OutputInfo, Vec<u8>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
@@ -228,15 +228,6 @@ fn what_has_no_room_leaves_nothing() {
         assert_refused(&output, &["out/face", "no space left", "not written"]);
         f.assert_nothing_written();
     }
-}
-
-/// A PNG of one colour.
-fn image(colour: [u8; 3]) -> Vec<u8> {
-    let mut file = Vec::new();
-    let mut encoder = png::Encoder::new(&mut file, 4, 4);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header().unwrap().write_image_data(&colour.repeat(16)).unwrap();
-    file
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Files that were changed after their export: `verify` finds the change, and `stitch` refuses them.
 
-use crate::common::{Fixture, stderr};
+use crate::common::{Fixture, image, stderr};
 
 /// A text in a `.usda` file and its replacement. Then the words of `verify` and its exit code.
 const CHANGES: [(&str, &str, &str, i32); 10] = [
@@ -256,7 +256,7 @@ fn usd_faults(text: &str) -> Vec<Fault> {
     faults
 }
 
-/// Gives the neutral two materials, whose faces follow each other in turns. So the triangles of a material are
+/// Gives the neutral two materials, one with a texture, whose faces follow each other in turns. So the triangles of a material are
 /// not together in the rig.
 fn alternate_materials(f: &Fixture) {
     let mut text = "mtllib neutral.mtl\n".to_owned();
@@ -270,7 +270,8 @@ fn alternate_materials(f: &Fixture) {
         text.push('\n');
     }
     f.write("neutral.obj", text);
-    f.write("neutral.mtl", "newmtl dark\nKd 0.1 0.1 0.1\nnewmtl light\nKd 0.9 0.9 0.9\n");
+    f.write("neutral.mtl", "newmtl dark\nmap_Kd dark.png\nnewmtl light\nKd 0.9 0.9 0.9\n");
+    f.write("dark.png", image([20, 20, 20]));
 }
 
 /// Each kind of file with every fault that a machine can make: `verify` finds all.

@@ -276,3 +276,12 @@ pub(crate) fn assert_documented(value: &serde_json::Value, what: &str) {
     found.sort();
     assert_eq!(found, promised.iter().collect::<Vec<_>>(), "{what}");
 }
+
+/// A PNG of one colour, 4 × 4 pixels.
+pub(crate) fn image(colour: [u8; 3]) -> Vec<u8> {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 4, 4);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.write_header().unwrap().write_image_data(&colour.repeat(16)).unwrap();
+    file
+}
