@@ -1,7 +1,7 @@
 //! Section 6: the detail, which is the residual of the examples after the large scale.
 use crate::Shell;
+use crate::vectors::widest;
 use glam::DVec3;
-use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Example, HandleSet, Progress, Result, Table};
 use rhytid_kernels::{fine_scale, large_scale, normals, vec3};
@@ -60,7 +60,6 @@ pub(crate) fn detail(
 pub(crate) fn smooth(shell: &Shell, handle_positions: &[[f64; 3]]) -> Vec<[f64; 3]> {
     let all_rest = &shell.surface.rest;
     let mut smooth = vec![[0.0; 3]; all_rest.len()];
-    let vectors = Arch::new();
     let motions = shell.handles.motions(handle_positions);
     let parts = smooth.par_chunks_mut(VERTICES_AT_ONCE).zip(all_rest.par_chunks(VERTICES_AT_ONCE));
     parts.enumerate().for_each(|(part, (smooth, rest))| {
@@ -71,7 +70,7 @@ pub(crate) fn smooth(shell: &Shell, handle_positions: &[[f64; 3]]) -> Vec<[f64; 
         let with_center: Vec<_> = rest.iter().chain(center).copied().collect();
         let params = large_scale::Params::whole(1, rest.len(), shell.handles.len(), false);
         let params = params.turning(center.map(|_| rest.len() as u32));
-        vectors.dispatch(
+        widest(
             #[inline(always)]
             || large_scale::large_scale(params, &with_center, basis, &motions.vectors, &[], smooth),
         );

@@ -58,6 +58,7 @@ mod spread;
 mod system;
 pub mod tangent_frames;
 mod tissues;
+mod vectors;
 mod welded;
 
 pub use align::{Misplaced, misplaced};

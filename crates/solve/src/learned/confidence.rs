@@ -3,7 +3,7 @@ use super::choice;
 use super::linear_band::{LinearSettings, VertexSystem};
 use super::vector_strains::VectorStrains;
 use crate::driven::DrivenComponents;
-use pulp::Arch;
+use crate::vectors::widest;
 use rayon::prelude::*;
 use rhytid_core::{Error, HandleId, Learned, Result, Rig, SurfacePoint, VertexId};
 use rhytid_kernels::Real;
@@ -165,13 +165,12 @@ impl Confidence {
     pub fn variances<T: Real>(&self, handle_positions: &[[T; 3]]) -> Vec<f64> {
         let handles = self.poses.rest.len();
         let mut variances = vec![0.0; handle_positions.len() / handles * self.vertices.len()];
-        let vectors = Arch::new();
         variances
             .par_chunks_mut(self.vertices.len().max(1))
             .zip(handle_positions.par_chunks(handles))
             .for_each_init(Vec::new, |scratch, (variances, positions)| {
                 let frame = self.poses.strains(positions);
-                vectors.dispatch(
+                widest(
                     #[inline(always)]
                     || {
                         for (variance, of_vertex) in variances.iter_mut().zip(&self.of_vertices) {

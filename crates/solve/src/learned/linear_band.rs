@@ -5,11 +5,11 @@
 use super::neighborhoods::LinearInfluences;
 use super::reach::Beyond;
 use super::vector_strains::VectorStrains;
+use crate::vectors::widest;
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt;
 use faer::{Mat, Par};
 use glam::DMat3;
-use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{Error, Progress, Result, Table, VertexId};
 
@@ -43,7 +43,6 @@ pub(crate) struct VertexSystem {
     noise: f64,
     /// ρ_p, P.
     noise_ridges: Vec<f64>,
-    vectors: Arch,
 }
 
 impl VertexSystem {
@@ -62,7 +61,6 @@ impl VertexSystem {
             trace: 0.0,
             noise: 0.0,
             noise_ridges: vec![0.0; examples],
-            vectors: Arch::new(),
         }
     }
 
@@ -73,8 +71,8 @@ impl VertexSystem {
         self.kernel.fill(0.0);
         self.noise = 0.0;
         self.noise_ridges.copy_from_slice(strains.noise_ridges());
-        let Self { kernel, noise, vectors, .. } = self;
-        vectors.dispatch(
+        let Self { kernel, noise, .. } = self;
+        widest(
             #[inline(always)]
             || {
                 for (&e, &w) in features.iter().zip(weights).filter(|(_, w)| **w > 0.0) {

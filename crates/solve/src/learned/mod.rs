@@ -24,6 +24,7 @@ use crate::Details;
 use crate::Shell;
 use crate::detail;
 use crate::noise;
+use crate::vectors::widest;
 pub use choice::Candidate;
 use choice::OfPrior;
 pub use confidence::{Confidence, EXTRAPOLATION};
@@ -33,7 +34,6 @@ use linear_band::{LinearBand, LinearSettings};
 use neighborhoods::{ANCHORS, EdgeInfluences, InfluenceSource, LinearInfluences};
 pub use parts::{FreeMotion, FreePart};
 use prior::PriorBand;
-use pulp::Arch;
 use rayon::prelude::*;
 use rhytid_core::{
     Contact, Example, Face, FineScale, HandleSet, Influences, Learned, LearnedSettings, Motions, Progress,
@@ -499,12 +499,11 @@ fn residual(shell: &Shell, examples: &[Example]) -> Table<[f64; 3]> {
     let by_handle: Vec<f64> = (0..handles.len()).flat_map(of_handle).flatten().copied().collect();
     let numbers = 3 * per_example * count;
     let by_handle = Table::new(handles.len(), numbers, by_handle);
-    let vectors = Arch::new();
     residual.par_rows_mut().enumerate().for_each_init(
         || vec![0.0; numbers],
         |moved, (v, of_vertex)| {
             let row = basis.row(v);
-            vectors.dispatch(
+            widest(
                 #[inline(always)]
                 || {
                     moved.fill(0.0);
