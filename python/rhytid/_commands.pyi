@@ -115,6 +115,7 @@ def animate(rig: Place, takes: Union[Place, Sequence[Place]] | None = ..., *, pr
 class RenderOptions(TypedDict, total=False):
     output: Value
     frames: Value
+    fps: Value
     count: Value
     size: Value
     background: Value
@@ -184,6 +185,7 @@ class FarmOptions(TypedDict, total=False):
     kind: Value
     animate: Value
     film: Value
+    film_fps: Value
     minutes: Value
     chunk: Value
     local: Value

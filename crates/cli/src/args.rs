@@ -27,7 +27,7 @@ mod view;
 mod written;
 
 pub(crate) use animate::Animate;
-pub(crate) use channels::{Channels, formats, option};
+pub(crate) use channels::{formats, option};
 use clap::{FromArgMatches, Parser, Subcommand};
 use clap_complete::Shell;
 pub(crate) use correct::Correct;
@@ -36,7 +36,7 @@ pub(crate) use farm::{Farm, FarmTask, FilmChoice, StepName};
 pub(crate) use fine_detail::FineDetail;
 pub(crate) use help::{DOCS, command};
 pub(crate) use judge::{Bench, Conform, Coverage, Evaluate};
-pub(crate) use live::{FramesChoice, Listen, Send};
+pub(crate) use live::{FramesChoice, Send};
 pub(crate) use lod::Lod;
 pub(crate) use pack::Pack;
 pub(crate) use placing::{Handles, New, Placement, TakeReading, again};
@@ -45,12 +45,10 @@ pub(crate) use prepare::Prepare;
 pub(crate) use render::{Background, BeforeChoice, Render, Show};
 pub(crate) use setup::Setup;
 #[cfg(feature = "wgpu")]
-pub(crate) use skin::SkinLight;
 pub(crate) use solve::{Demo, Doctor, Solve};
 use std::ffi::OsString;
 use std::path::PathBuf;
 pub(crate) use transfer::Transfer;
-pub(crate) use usd_layer::UsdLayer;
 pub(crate) use values::{
     Elsewhere, HeadChoice, Json, MaterialsChoice, ShapesChoice, StageChoice, UnitChoice,
 };

@@ -65,3 +65,15 @@ pub(crate) fn parse_animate(words: Vec<OsString>) -> Result<Box<crate::args::Ani
         _ => Err(Error::Internal("the words are another command".into())),
     }
 }
+
+/// The options of `render`.
+///
+/// # Errors
+/// As [`parse`].
+#[cfg(feature = "wgpu")]
+pub(crate) fn parse_render(words: Vec<OsString>) -> Result<Box<crate::args::Render>> {
+    match parse(words)?.command {
+        Command::Render(args) => Ok(args),
+        _ => Err(Error::Internal("the words are another command".into())),
+    }
+}

@@ -1,6 +1,6 @@
 //! `rhytid farm`: many takes on many machines.
 
-use super::values::Json;
+use super::values::{Json, parse_rate};
 use super::{DEVICE, GLOBAL, INPUT, OUTPUT};
 use clap::ValueEnum;
 use std::path::PathBuf;
@@ -46,6 +46,12 @@ pub(crate) struct Farm {
     /// Pixels of the films for review, or none.
     #[arg(long, value_name = "WxH|none", default_value = "360x480", value_parser = parse_film, requires = "takes", help_heading = OUTPUT)]
     pub film: FilmChoice,
+
+    /// Frames per second of the films [default: those of the animation].
+    ///
+    /// A film takes as long as it has frames: with --film-fps 15, a quarter of 60.
+    #[arg(long, value_name = "N", value_parser = parse_rate, requires = "takes", help_heading = OUTPUT)]
+    pub film_fps: Option<f64>,
 
     /// Minutes that a chunk should take on a machine like this one, by a measurement.
     #[arg(long, value_name = "N", default_value_t = 10.0, value_parser = parse_minutes, requires = "takes", help_heading = JOB)]

@@ -31,13 +31,6 @@ pub(crate) struct FineDetail {
     pub gains: Vec<(String, f64)>,
 }
 
-/// As without any of the options.
-impl Default for FineDetail {
-    fn default() -> Self {
-        Self { stage: StageChoice::Full, fade: false, gain: 1.0, gains: Vec::new() }
-    }
-}
-
 impl FineDetail {
     /// Refuses options that the stage would ignore.
     ///

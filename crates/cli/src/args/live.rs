@@ -14,7 +14,7 @@ use std::str::FromStr;
 use std::time::Duration;
 
 /// `rhytid animate --listen`
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Listen {
     /// Record --frames N from the network instead of TAKE.
     ///
@@ -46,7 +46,7 @@ pub(crate) struct Listen {
 }
 
 /// What comes with `--listen`.
-#[derive(Debug, Clone, Default, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 pub(crate) struct Sender {
     /// With --listen: the address of the messages with positions [default: /rhytid/handle].
     ///

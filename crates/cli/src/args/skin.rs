@@ -38,12 +38,6 @@ pub(crate) enum ToneChoice {
     Agx,
 }
 
-impl Default for SkinLight {
-    fn default() -> Self {
-        Self { light: From { right: -41.0, up: 33.0 }, exposure: 0.0, tone: ToneChoice::Neutral }
-    }
-}
-
 impl SkinLight {
     pub(crate) fn lights(&self) -> Lights {
         let [right, up] = [self.light.right, self.light.up].map(f32::to_radians);

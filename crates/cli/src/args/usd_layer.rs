@@ -5,7 +5,7 @@ use rhytid::Error;
 use rhytid::formats::export::{PrimPath, Subdivision};
 
 /// Where the face is in a USD layer, and how programs smooth it.
-#[derive(Debug, Default, clap::Args)]
+#[derive(Debug, clap::Args)]
 pub(crate) struct UsdLayer {
     /// USD: where the face is, such as /char/anna/face [default: /NAME of the mesh].
     ///
@@ -29,10 +29,9 @@ pub(crate) struct UsdLayer {
 }
 
 /// `--subdivision`
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum SubdivisionChoice {
     /// Not at all: the vertices are shown where they are.
-    #[default]
     None,
     /// After Catmull and Clark: smooth, with points near the vertices.
     #[value(name = "catmullClark")]

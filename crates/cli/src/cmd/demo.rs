@@ -1,9 +1,8 @@
 //! `rhytid demo`
 
 use super::{animate, solve};
-use crate::args::HeadChoice;
 use crate::progress::{Ui, timed};
-use crate::{args, output, start};
+use crate::{args, call, output, start};
 use rhytid::core::human;
 use rhytid::core::{Example, Handles, Mesh, StrainEdges};
 use rhytid::formats::project::{
@@ -15,6 +14,7 @@ use rhytid::formats::{Reach, mesh, tables, take};
 use rhytid::playback::FrameRange;
 use rhytid::{Error, Face, Progress, Result, Take};
 use serde::Serialize;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -144,6 +144,13 @@ fn demo(args: &args::Demo, ui: &Ui, steps: &mut Steps) -> Result<()> {
     Ok(())
 }
 
+/// The words of a command that makes `file` of the rig and the performance.
+fn words(command: &str, dir: &Path, rig: &Path, file: &str) -> Vec<OsString> {
+    let mut output = OsString::from("--output=");
+    output.push(dir.join(file));
+    vec![command.into(), output, "--".into(), rig.into(), dir.join("performance.csv").into()]
+}
+
 /// An animated file of a range of all `frames`.
 fn animate(
     dir: &Path,
@@ -155,39 +162,9 @@ fn animate(
     steps: &mut Steps,
 ) -> Result<()> {
     let Animation { file, compressed, .. } = *animation;
-    let job = args::Animate {
-        reading: args::TakeReading::default(),
-        rig: rig.to_owned(),
-        takes: vec![dir.join("performance.csv")],
-        onto: None,
-        live: args::Listen::default(),
-        output: dir.join(file),
-        device: "auto".to_owned(),
-        frames: args::FramesChoice::Range(range),
-        fine_detail: args::FineDetail::default(),
-        fps: None,
-        start_frame: None,
-        edit: None,
-        head: HeadChoice::Keep,
-        channels: args::Channels::default(),
-        wrinkle_group: Vec::new(),
-        masks: None,
-        masks_to: None,
-        strain_curves: None,
-        groups: None,
-        refine: false,
-        compressed,
-        max_error: 0.1,
-        quantize: false,
-        meshopt: false,
-        textures: None,
-        layer: args::UsdLayer::default(),
-        over: false,
-        targets: None,
-        materials: args::MaterialsChoice::default(),
-        vertex_ids: false,
-        json: args::Json::default(),
-    };
+    let mut job = call::parse_animate(words("animate", dir, rig, file))?;
+    job.frames = args::FramesChoice::Range(range);
+    job.compressed = compressed;
     let done = animate::animate(&job, ui)?;
     let mut made =
         format!("{file}, {}, {}", human::counted(done.frames(), "frame"), human::bytes(done.written.bytes));
@@ -213,40 +190,10 @@ fn draw(
     ui: &Ui,
     steps: &mut Steps,
 ) -> Result<()> {
-    let job = args::Render {
-        rig: rig.to_owned(),
-        take: dir.join("performance.csv"),
-        output: dir.join(file),
-        frames,
-        count: 12,
-        show: vec![args::Show::Shaded],
-        size,
-        turn: 20.0,
-        raise: 0.0,
-        whole: false,
-        turntable: false,
-        lens: 85.0,
-        vertex: None,
-        background: None,
-        strain_range: 0.3,
-        detail_range: 1.0,
-        sigma_range: 2.0,
-        error_range: 1.0,
-        unlit: false,
-        before: None,
-        compare: None,
-        truth_frames: None,
-        hide: Vec::new(),
-        skin: args::SkinLight::default(),
-        matcap: None,
-        texture: None,
-        edit: None,
-        fine_detail: args::FineDetail::default(),
-        device: "auto".to_owned(),
-        draw_on: None,
-        reading: args::TakeReading::default(),
-        json: args::Json::default(),
-    };
+    let mut job = call::parse_render(words("render", dir, rig, file))?;
+    job.frames = frames;
+    job.size = size;
+    job.turn = 20.0;
     match super::render::draw(&job, ui) {
         Ok(done) => {
             let made =

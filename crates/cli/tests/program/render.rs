@@ -1,6 +1,6 @@
 //! `rhytid render`: pictures of frames, on every device that draws.
 
-use crate::common::{Fixture, assert_refused, image, list};
+use crate::common::{Fixture, assert_refused, image, list, stderr};
 
 fn png(bytes: &[u8]) -> (png::OutputInfo, Vec<u8>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(bytes)).read_info().unwrap();
@@ -203,6 +203,42 @@ fn the_error_from_a_truth_has_the_colour_of_its_millimetres() {
     };
     let [lit, unlit] = ["", "--unlit"].map(colours);
     assert!(lit > 2 * unlit, "{lit} colours with light, {unlit} without");
+}
+
+/// A film and `--fps` resample a take as `animate` does. Without them, pictures are of the take's own frames.
+#[test]
+fn a_film_keeps_the_clock() {
+    let f = solved();
+    let drawn = |options: &str| {
+        let output = f.rhytid(&format!("render face.safetensors {options}")).output().unwrap();
+        assert!(output.status.success(), "{options}: {}", stderr(&output));
+        let said: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        (said["pictures"].as_u64().unwrap(), stderr(&output))
+    };
+    let small = "--size 64x64 --json";
+    // The frames 4, 6 … 18 of 30 per second are the frames 2, 3 … 9 of 15.
+    let (all, _) = drawn(&format!("take.csv -o own{{frame}}.png {small}"));
+    let (half, _) = drawn(&format!("take.csv -o out/{{frame}}.png --fps 15 --frames 4..20 {small}"));
+    assert_eq!((all, half), (20, 8));
+    let names: Vec<String> = (2..10).map(|frame| format!("{frame:05}.png")).collect();
+    assert_eq!(list(&f.path("out")), names);
+    for frame in 2..10 {
+        let half = png(&f.read(&format!("out/{frame:05}.png"))).1;
+        let own = png(&f.read(&format!("own{:05}.png", 2 * frame))).1;
+        let most = half.iter().zip(&own).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+        assert!(most <= 2, "frame {frame} is off by {most} of 255");
+    }
+    // A take that lacks five frames: its film lasts as long as before.
+    let gap = f.read_text("take.csv").lines().enumerate().fold(String::new(), |text, (line, row)| {
+        if (8..13).contains(&line) { text } else { text + row + "\n" }
+    });
+    f.write("gap.csv", gap);
+    let (film, said) = drawn(&format!("gap.csv -o gap.webp {small}"));
+    assert_eq!(film, 20);
+    assert!(said.contains("times are uneven: frame 7") && said.contains("resampled to 30"), "{said}");
+    let (pictures, said) = drawn(&format!("gap.csv -o gap{{frame}}.png {small}"));
+    assert_eq!(pictures, 15);
+    assert!(!said.contains("uneven"), "{said}");
 }
 
 /// The limit on a file's size stands for a full disk.

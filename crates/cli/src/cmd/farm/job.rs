@@ -30,10 +30,19 @@ pub(super) struct Job {
     pub device: String,
     /// The words of `animate`. Files in them are relative to the takes' folder.
     pub options: Vec<String>,
-    /// The size of the films; none without films.
-    pub film: Option<String>,
+    /// None without films.
+    pub film: Option<Film>,
     pub takes: Vec<Take>,
     pub chunks: Vec<Chunk>,
+}
+
+/// What the films of a job are like.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct Film {
+    /// Width and height in pixels, as `render --size` has it.
+    pub size: String,
+    /// Frames per second; none for those of the animation.
+    pub fps: Option<f64>,
 }
 
 /// A file that tasks read.

@@ -1,6 +1,6 @@
 //! What is known of a file that a task has written. A task whose record fits is done.
 
-use super::job::Job;
+use super::job::{Film, Job};
 use crate::args::StepName;
 use crate::output;
 use rhytid::{Error, Result};
@@ -40,8 +40,10 @@ impl Target {
             }
             StepName::Film => {
                 let extension = if cfg!(feature = "film") { "mp4" } else { "webp" };
-                let made_from =
-                    format!("{} {}", job.takes[number].made_from, job.film.as_deref().unwrap_or_default());
+                let mut made_from = job.takes[number].made_from.clone();
+                if let Some(Film { size, fps }) = &job.film {
+                    made_from.push_str(&format!(" {size} {}", fps.unwrap_or_default()));
+                }
                 Self {
                     take: number,
                     file: format!("films/{}.{extension}", job.takes[number].name),

@@ -142,7 +142,7 @@ impl Task<'_> {
     #[cfg(feature = "wgpu")]
     fn film(&self) -> Result<Done> {
         let Self { job, places, args: task, ui, target, device } = self;
-        let Some(size) = &job.film else {
+        let Some(film) = &job.film else {
             return Err(Error::input(format!(
                 "{}: the job has no films; write it again without `--film none`",
                 task.job.display()
@@ -153,10 +153,9 @@ impl Task<'_> {
         target.begin(&places.output)?;
         let mut line: Vec<OsString> = vec!["render".into(), options.rig.clone().into()];
         line.extend([options.takes[0].clone().into(), "-o".into(), places.output.join(&target.file).into()]);
-        line.extend(["--size", size, "--device", device].map(OsString::from));
-        let Command::Render(mut args) = call::parse(line)?.command else {
-            return Err(Error::Internal("the words are another command".into()));
-        };
+        line.extend(["--size", &film.size, "--device", device].map(OsString::from));
+        let mut args = call::parse_render(line)?;
+        args.fps = film.fps.or(options.fps);
         args.reading = options.reading.clone();
         args.reading.shapes.retain(|choice| matches!(choice, crate::args::ShapesChoice::Of(_)));
         args.fine_detail = options.fine_detail.clone();

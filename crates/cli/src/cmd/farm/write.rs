@@ -1,6 +1,6 @@
 //! Writes a job: reads each take once, measures, and cuts the takes into chunks.
 
-use super::job::{self, Chunk, InputFile, JOB, Job, Places, Take, VERSION};
+use super::job::{self, Chunk, Film, InputFile, JOB, Job, Places, Take, VERSION};
 use super::speed::Speed;
 use super::template::{TEMPLATE, template};
 use super::{Failed, Written, disk, slurm, words};
@@ -33,6 +33,11 @@ pub(super) fn write(args: &Farm, ui: &Ui) -> Result<Written> {
             args.kind
         )));
     }
+    if args.film == FilmChoice::None && args.film_fps.is_some() {
+        return Err(Error::conflict(
+            "--film-fps: there are no films with --film none; leave one of the two out",
+        ));
+    }
     let words = words::split(&args.animate)?;
     let folder = &args.output;
     let first = job::animate(
@@ -63,7 +68,7 @@ pub(super) fn write(args: &Farm, ui: &Ui) -> Result<Written> {
         device: args.device.clone(),
         options: words::within(&words, &takes_folder)?,
         film: match &args.film {
-            FilmChoice::Size(size) => Some(size.clone()),
+            FilmChoice::Size(size) => Some(Film { size: size.clone(), fps: args.film_fps }),
             FilmChoice::None => None,
         },
         takes: Vec::new(),

@@ -17,7 +17,7 @@ use rhytid::core::{AtomicFile, Backend, ChannelKind, DeviceInfo, human, rig_file
 use rhytid::devices::wgpu::Wgpu;
 use rhytid::formats::export::{ChannelChoice, Recipe};
 use rhytid::formats::{FileKind, refuse_inputs};
-use rhytid::playback::{EditedTake, Layers, scale_wrinkles};
+use rhytid::playback::{EditedTake, Layers, Selection, scale_wrinkles};
 use rhytid::render::{AnimatedImage, AnimatedImageFormat, Picture, Sheet, hide_parts};
 use rhytid::{Error, Progress, Result, Rig};
 use std::io::Write;
@@ -123,13 +123,13 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     check_options(args, kind)?;
     inputs::rig_and_take(&args.rig, &args.take, "rhytid render RIG TAKE -o OUT.png")?;
     let (draws, named) = frames::devices(args)?;
-    let Loaded { rig, before, take, layers, truth, mut frames } = load(args, ui)?;
+    let Loaded { rig, before, take, rate, first, layers, truth, mut frames } = load(args, kind, ui)?;
     // The camera goes around a single frame in as many steps as there are pictures.
     let steps = if args.turntable && frames.len() == 1 { args.count as usize } else { 1 };
     if kind == Kind::Sheet {
         frames = spread(frames.len(), args.count as usize).map(|i| frames[i]).collect();
     }
-    let files = files(args, kind, &frames, steps);
+    let files = files(args, kind, frames.iter().map(|frame| first + frame), steps);
     check_files(args, &files)?;
     let mut whole = AtomicFile::create(&files[0])?;
 
@@ -137,7 +137,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
     let wgpu = Wgpu::open(&draws)?;
     let mut pictures = Pictures::new(args, &rig, before.as_ref(), &wgpu, size)?;
     let count = frames.len() * steps;
-    let to = To::new(kind, &pictures, count as u32, take.take.rate(), &mut whole, &args.output)?;
+    let to = To::new(kind, &pictures, count as u32, rate, &mut whole, &args.output)?;
     let mut output = Output { files: &files, to, done: 0, bytes: 0 };
     let wanted = wanted(args, layers, before.as_ref(), truth);
     let mut source = Frames::new(&rig, frames.len(), wanted, &wgpu, &draws, named, ui)?;
@@ -148,7 +148,7 @@ pub(super) fn draw(args: &args::Render, ui: &Ui) -> Result<Drawn> {
         let picture = pictures.draw(frame, turned)?;
         drawing += begin.elapsed();
         let frame = frames[output.done / steps];
-        output.add(&picture, &format!("frame {frame}, {:.2} s", take.take.times[frame]))?;
+        output.add(&picture, &format!("frame {}, {:.2} s", first + frame, take.take.times[frame]))?;
         ui.step("render", output.done as u64, count as u64)
     };
     ui.report("render", 0, count as u64);
@@ -200,16 +200,21 @@ fn check_options(args: &args::Render, kind: Kind) -> Result<()> {
 struct Loaded {
     rig: Rig,
     before: Option<Before>,
+    /// Of a film or with `--fps`, the requested frames alone, and evenly spaced.
     take: EditedTake,
+    /// Frames per second.
+    rate: f64,
+    /// The number of the first frame of `take`.
+    first: usize,
     /// The effects of edits beyond the take's handles, and the edited take with all of its frames.
     layers: Option<(Layers, EditedTake)>,
     truth: Option<Truth>,
-    /// The requested frames of the take, rising; with a truth, only those that it has.
+    /// The requested frames of `take`, rising; with a truth, only those that it has.
     frames: Vec<usize>,
 }
 
 /// Reads what is drawn.
-fn load(args: &args::Render, ui: &Ui) -> Result<Loaded> {
+fn load(args: &args::Render, kind: Kind, ui: &Ui) -> Result<Loaded> {
     let mut rig = ui.timed("read the rig", || rig_file::read(&args.rig)).0?;
     let before = args.before.as_ref().map(|before| before_the_result(before, args, &rig, ui)).transpose()?;
     if args.fine_detail.stage == StageChoice::Shell {
@@ -239,19 +244,26 @@ fn load(args: &args::Render, ui: &Ui) -> Result<Loaded> {
     if let Some(path) = &args.compare {
         truth = Some(Truth::open(path, args, &rig, &take.take)?);
     }
-    let frames = match &truth {
-        Some(truth) => truth.within(range)?,
-        None => range.collect(),
+    let is_film = matches!(kind, Kind::AnimatedImage(_));
+    let rate = take.take.rate();
+    let (take, rate, first, frames) = match &truth {
+        Some(truth) => (take, rate, 0, truth.within(range)?),
+        None if is_film || args.fps.is_some() => {
+            let Selection { take, rate, first, .. } = Selection::new(take, range, args.fps, false)?;
+            let frames = (0..take.frames()).collect();
+            (take, rate, first, frames)
+        }
+        None => (take, rate, 0, range.collect()),
     };
-    Ok(Loaded { rig, before, take, layers, truth, frames })
+    Ok(Loaded { rig, before, take, rate, first, layers, truth, frames })
 }
 
 /// The files to write: one, or one for each picture.
-fn files(args: &args::Render, kind: Kind, frames: &[usize], steps: usize) -> Vec<PathBuf> {
+fn files(args: &args::Render, kind: Kind, frames: impl Iterator<Item = usize>, steps: usize) -> Vec<PathBuf> {
     let name = args.output.to_string_lossy();
     match kind {
         Kind::Each if steps > 1 => (0..steps).map(|step| numbered(&name, step)).collect(),
-        Kind::Each => frames.iter().map(|&frame| numbered(&name, frame)).collect(),
+        Kind::Each => frames.map(|frame| numbered(&name, frame)).collect(),
         Kind::Sheet | Kind::AnimatedImage(_) => vec![args.output.clone()],
     }
 }

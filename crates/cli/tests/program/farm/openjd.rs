@@ -84,7 +84,8 @@ fn a_local_run_ends_a_job_and_then_leaves_it() {
     let show = Show::new();
     show.take("takes/short.csv", 12);
     let words = ["farm", "takes/speech.csv", "takes/short.csv", "--rig", "face.safetensors", "-o", "JOB"];
-    let words = [&words[..], &["--chunk", "73", "--film", "48x64", "--local", "2"]].concat();
+    let words =
+        [&words[..], &["--chunk", "73", "--film", "48x64", "--film-fps", "15", "--local", "2"]].concat();
     let output = local(&show, &words);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{said}{}", stderr(&output));
@@ -92,6 +93,9 @@ fn a_local_run_ends_a_job_and_then_leaves_it() {
     assert!(said.contains("takes put together           2 of 2"), "{said}");
     assert!(said.contains("films drawn                  2 of 2") && !said.contains("Next:"), "{said}");
     assert!(fs::metadata(show.path("JOB/films/speech.mp4")).unwrap().len() > 1000);
+    let frames =
+        |film: &str| read(&show.path(&format!("JOB/records/films/{film}.mp4.json")))["frames"].clone();
+    assert_eq!((frames("speech"), frames("short")), (109.into(), 6.into()), "half of 217 and of 12");
     fs::remove_file(show.path("JOB/parts/short.000000-000012.usd")).unwrap();
     let logs = || list(&show.path("JOB/logs")).len();
     assert_eq!(logs(), 8);

@@ -146,6 +146,21 @@ fn a_chunk_has_the_length_that_was_measured() {
 }
 
 /// A raw take with its setup, which is found below the takes' folder on any machine.
+/// A film has the rate of the animation, if the job says nothing else.
+#[test]
+fn a_film_has_the_rate_of_the_animation() {
+    let show = Show::new();
+    show.take("takes/short.csv", 12);
+    let words = ["farm", "takes/short.csv", "--rig", "face.safetensors", "-o", "JOB", "--chunk", "99"];
+    let words = [&words[..], &["--animate", "--fps 10"]].concat();
+    show.done(&[&words[..], &["--film", "48x64"]].concat());
+    show.done(&["farm-task", "film", "0", "--job", "JOB/job.json"]);
+    let film = read(&show.path("JOB/records/films/short.mp4.json"));
+    assert_eq!(film["frames"], 4);
+    let output = show.run(&[&words[..], &["--film", "none", "--film-fps", "5"]].concat());
+    assert_refused(&output, &["--film-fps", "--film none"]);
+}
+
 #[test]
 fn a_setup_goes_with_the_takes() {
     let show = Show::new();
