@@ -1,6 +1,6 @@
 //! How `animate`, `export-shapes` and `verify` work together.
 
-use crate::common::{Fixture, stderr};
+use crate::common::{Fixture, image, stderr};
 use rhytid::core::{Backend, rig_file};
 use rhytid::devices::cpu::Cpu;
 use rhytid::formats::mesh;
@@ -296,4 +296,26 @@ fn shapes_are_the_examples_and_the_large_scale() {
     for (v, (found, expected)) in found.iter().zip(expected.as_chunks::<3>().0).enumerate() {
         assert!(close(*found, expected.map(f64::from), 1e-5), "vertex {v}: {found:?}, expected {expected:?}");
     }
+}
+
+/// Without texture coordinates, no program can show the images of the materials.
+#[test]
+fn images_without_texture_coordinates_are_a_warning() {
+    let f = Fixture::new();
+    f.replace("neutral.obj", "# a sheet\n", "mtllib skin.mtl\nusemtl skin\n");
+    f.write("skin.mtl", "newmtl skin\nmap_Kd skin.png\n");
+    f.write("skin.png", image([90, 60, 50]));
+    let solve = || stderr(&f.rhytid("solve face.toml -o face.safetensors").output().unwrap());
+    assert!(!solve().contains("texture coordinates"));
+    let neutral = f.read_text("neutral.obj");
+    let without =
+        neutral.lines().filter(|line| !line.starts_with("vt ")).map(|line| match line.starts_with("f ") {
+            true => {
+                line.split(' ').map(|corner| corner.split('/').next().unwrap()).collect::<Vec<_>>().join(" ")
+            }
+            false => line.to_owned(),
+        });
+    f.write("neutral.obj", without.collect::<Vec<_>>().join("\n"));
+    let said = solve();
+    assert!(said.contains("neutral.obj: has images and no texture coordinates"), "{said}");
 }

@@ -1,7 +1,7 @@
 //! The looks of a file while it is read.
 
 use super::Looks;
-use super::image::{AlphaOf, converted, with_alpha};
+use super::image::{AlphaOf, Refused, converted, with_alpha};
 use rhytid_core::text::quoted;
 use rhytid_core::{Material, Result, StatedLook, Texture, TextureFormat};
 use std::collections::{HashMap, HashSet};
@@ -47,6 +47,11 @@ impl<'a> Gathered<'a> {
     /// The file, for messages.
     pub(in super::super) fn name(&self) -> &'a str {
         self.name
+    }
+
+    /// Whether something is stated about a material.
+    pub(super) fn knows(&self, name: &str) -> bool {
+        self.known.contains(name)
     }
 
     /// Says that something is likely wrong. `what` ends with what to do.
@@ -117,9 +122,9 @@ impl<'a> Gathered<'a> {
                 let path = at.path.filter(|_| !image.is_converted).map(str::to_owned);
                 Some(self.push(at.name, path, image.bytes, image.format))
             }
-            Err(what) => {
+            Err(Refused { what, remedy }) => {
                 self.warn(&format!(
-                    "the image {} of the material {material} {what}, so it is left out; save it as PNG or JPEG",
+                    "the image {} of the material {material} {what}, so it is left out; {remedy}",
                     at.name
                 ));
                 None
@@ -145,9 +150,9 @@ impl<'a> Gathered<'a> {
                 let name = format!("{stem}-with-alpha.png");
                 Some(self.push(&name, None, bytes, TextureFormat::Png))
             }
-            Err(what) => {
+            Err(Refused { what, remedy }) => {
                 self.warn(&format!(
-                    "the image {} of an opacity {what}, so the opacity is left out; save it as PNG or JPEG",
+                    "the image {} of an opacity {what}, so the opacity is left out; {remedy}",
                     at(alpha).name
                 ));
                 None

@@ -17,6 +17,21 @@ pub(super) struct Converted {
     pub(super) is_converted: bool,
 }
 
+/// Why an image is left out.
+#[derive(Debug)]
+pub(super) struct Refused {
+    /// A phrase that follows the image's name.
+    pub(super) what: String,
+    /// What to do.
+    pub(super) remedy: &'static str,
+}
+
+impl<S: Into<String>> From<S> for Refused {
+    fn from(what: S) -> Self {
+        Self { what: what.into(), remedy: "save it as PNG or JPEG" }
+    }
+}
+
 /// Where the alpha of an image is taken from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(in super::super) enum AlphaOf {
@@ -28,9 +43,9 @@ pub(in super::super) enum AlphaOf {
     Either,
 }
 
-/// A PNG or JPEG as it is. A TGA, TIFF, BMP or WebP becomes a PNG. Any other file is refused with a phrase
-/// that says what it is.
-pub(super) fn converted(bytes: Vec<u8>) -> Result<Converted, String> {
+/// A PNG or JPEG as it is. A TGA, TIFF, BMP, WebP or JPEG of printing inks becomes a PNG. Any other file is
+/// refused with a phrase that says what it is.
+pub(super) fn converted(bytes: Vec<u8>) -> Result<Converted, Refused> {
     let format = recognised(&bytes)?;
     let kept = match format {
         ImageFormat::Png => Some(TextureFormat::Png),
@@ -42,20 +57,41 @@ pub(super) fn converted(bytes: Vec<u8>) -> Result<Converted, String> {
         if !IN_BROWSER {
             size(&bytes, format)?;
         }
-        return Ok(Converted { bytes, format: kept, is_converted: false });
+        // Many programs cannot show inks.
+        if kept == TextureFormat::Png || !is_of_inks(&bytes) {
+            return Ok(Converted { bytes, format: kept, is_converted: false });
+        }
     }
     if IN_BROWSER {
-        return Err("is neither PNG nor JPEG, and a page in a browser converts nothing".to_owned());
+        return Err("is neither PNG nor JPEG, and a page in a browser converts nothing".into());
     }
     let image = decoded(&bytes, format)?;
     Ok(Converted { bytes: png(&image)?, format: TextureFormat::Png, is_converted: true })
 }
 
+/// Whether a JPEG has four printing inks in place of colours. A page in a browser does not know.
+fn is_of_inks(jpeg: &[u8]) -> bool {
+    #[cfg(not(target_arch = "wasm32"))]
+    {
+        use zune_jpeg::JpegDecoder;
+        use zune_jpeg::zune_core::bytestream::ZCursor;
+        use zune_jpeg::zune_core::colorspace::ColorSpace;
+        let mut decoder = JpegDecoder::new(ZCursor::new(jpeg));
+        decoder.decode_headers().is_ok()
+            && matches!(decoder.input_colorspace(), Some(ColorSpace::CMYK | ColorSpace::YCCK))
+    }
+    #[cfg(target_arch = "wasm32")]
+    {
+        let _ = jpeg;
+        false
+    }
+}
+
 /// A PNG with the colours of one image, white if it is `None`, and the alpha of another. If their sizes
 /// differ, each pixel of the colours takes the nearest alpha.
-pub(super) fn with_alpha(color: Option<&[u8]>, alpha: &[u8], of: AlphaOf) -> Result<Vec<u8>, String> {
+pub(super) fn with_alpha(color: Option<&[u8]>, alpha: &[u8], of: AlphaOf) -> Result<Vec<u8>, Refused> {
     if IN_BROWSER {
-        return Err("is a file of its own, and a page in a browser converts nothing".to_owned());
+        return Err("is a file of its own, and a page in a browser converts nothing".into());
     }
     let alpha = decoded(alpha, recognised(alpha)?)?;
     let has_alpha = alpha.color().has_alpha();
@@ -88,7 +124,7 @@ pub(super) fn has_alpha(bytes: &[u8]) -> bool {
 }
 
 /// The format of a file, by its first bytes.
-fn recognised(bytes: &[u8]) -> Result<ImageFormat, String> {
+fn recognised(bytes: &[u8]) -> Result<ImageFormat, Refused> {
     let others: [(&[u8], &str); 6] = [
         (b"DDS ", "is a DDS file, which cannot be read"),
         (&[0xab, b'K', b'T', b'X', b' '], "is a KTX file, which cannot be read"),
@@ -98,7 +134,7 @@ fn recognised(bytes: &[u8]) -> Result<ImageFormat, String> {
         (b"GIF8", "is a GIF file, which cannot be read"),
     ];
     if let Some((_, what)) = others.iter().find(|(begin, _)| bytes.starts_with(begin)) {
-        return Err((*what).to_owned());
+        return Err((*what).into());
     }
     match image::guess_format(bytes) {
         Ok(
@@ -108,37 +144,40 @@ fn recognised(bytes: &[u8]) -> Result<ImageFormat, String> {
             | ImageFormat::Tiff
             | ImageFormat::WebP),
         ) => Ok(format),
-        Ok(format) => Err(format!("is a {format:?} file, which cannot be read")),
+        Ok(format) => Err(format!("is a {format:?} file, which cannot be read").into()),
         // TGA is the only format without a mark at its begin.
         Err(_) if !IN_BROWSER && size(bytes, ImageFormat::Tga).is_ok() => Ok(ImageFormat::Tga),
-        Err(_) => Err("is of no known format".to_owned()),
+        Err(_) => Err("is of no known format".into()),
     }
 }
 
 /// The decoder of an image whose size is allowed.
-fn decoder(bytes: &[u8], format: ImageFormat) -> Result<impl ImageDecoder + '_, String> {
+fn decoder(bytes: &[u8], format: ImageFormat) -> Result<impl ImageDecoder + '_, Refused> {
     let damaged = |error: image::ImageError| format!("cannot be read ({error})");
     let decoder = ImageReader::with_format(Cursor::new(bytes), format).into_decoder().map_err(damaged)?;
     let (width, height) = decoder.dimensions();
     if width == 0 || height == 0 {
-        return Err("has no pixels".to_owned());
+        return Err("has no pixels".into());
     }
-    check_pixels(width.into(), height.into()).map_err(|error| format!("is too large: {error}"))?;
+    check_pixels(width.into(), height.into()).map_err(|_| Refused {
+        what: format!("is too large ({width} × {height} pixels)"),
+        remedy: "save it smaller, or allow more pixels",
+    })?;
     Ok(decoder)
 }
 
 /// Whether the head of an image can be read.
-fn size(bytes: &[u8], format: ImageFormat) -> Result<(), String> {
+fn size(bytes: &[u8], format: ImageFormat) -> Result<(), Refused> {
     decoder(bytes, format).map(|_| ())
 }
 
-fn decoded(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, String> {
+fn decoded(bytes: &[u8], format: ImageFormat) -> Result<DynamicImage, Refused> {
     let decoder = decoder(bytes, format)?;
-    DynamicImage::from_decoder(decoder).map_err(|error| format!("cannot be read ({error})"))
+    DynamicImage::from_decoder(decoder).map_err(|error| format!("cannot be read ({error})").into())
 }
 
 /// The image as PNG: of 8 bits a channel, grey images as colours.
-fn png(image: &DynamicImage) -> Result<Vec<u8>, String> {
+fn png(image: &DynamicImage) -> Result<Vec<u8>, Refused> {
     let mut bytes = Vec::new();
     let encoder = image::codecs::png::PngEncoder::new(&mut bytes);
     let (width, height) = (image.width(), image.height());

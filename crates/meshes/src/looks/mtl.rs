@@ -5,13 +5,19 @@ use super::gathered::{Gathered, ImageAt};
 use super::image::{AlphaOf, has_alpha};
 use rhytid_core::text::quoted;
 use rhytid_core::{Reach, Result, StatedLook, Transparency, input_file, named_file};
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::path::{Path, PathBuf};
 
 /// The looks of the materials of an OBJ, whose MTL files it names.
 pub(super) fn of_obj(path: &Path, bytes: &[u8], reach: Reach, gathered: &mut Gathered<'_>) {
     let mut read = HashSet::new();
+    let mut used = BTreeSet::new();
+    let mut are_all_read = true;
     for Statement { keyword, rest, .. } in statements(bytes) {
+        if keyword == "usemtl" {
+            used.insert(rest);
+            continue;
+        }
         if keyword != "mtllib" {
             continue;
         }
@@ -24,6 +30,7 @@ pub(super) fn of_obj(path: &Path, bytes: &[u8], reach: Reach, gathered: &mut Gat
                 of_mtl(&mtl, &bytes, reach, gathered)
             });
             if let Err(error) = found {
+                are_all_read = false;
                 log::warn!(
                     "{error}; so its materials have default looks; put {} beside {} to have theirs",
                     quoted(&file),
@@ -32,6 +39,24 @@ pub(super) fn of_obj(path: &Path, bytes: &[u8], reach: Reach, gathered: &mut Gat
             }
         }
     }
+    if !read.is_empty() && are_all_read {
+        warn_of_unknown(used, gathered);
+    }
+}
+
+/// Warns of materials that faces have and no MTL states.
+fn warn_of_unknown(mut used: BTreeSet<String>, gathered: &Gathered<'_>) {
+    used.retain(|name| !gathered.knows(name));
+    let Some(first) = used.first() else { return };
+    let others = match used.len() - 1 {
+        0 => String::new(),
+        n => format!(" (and {n} more)"),
+    };
+    gathered.warn(&format!(
+        "the material {}{others} is in none of its files of materials, so it has a default look; export the mesh \
+         and its materials again",
+        quoted(first)
+    ));
 }
 
 /// The files that a `mtllib` names: one whose name may have blanks in it, or several.

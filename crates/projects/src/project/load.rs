@@ -80,6 +80,13 @@ fn loaded(project: &Project, path: &Path, reach: Reach) -> Result<Loaded> {
         let looks = mesh::read_looks(&neutral_path, reach)?;
         let looks = if project.mesh.textures == Some(false) { looks.without_textures() } else { looks };
         looks.give_to(materials);
+        if neutral.uvs.is_none() && !materials.textures.is_empty() {
+            log::warn!(
+                "{}: has images and no texture coordinates, so that no image is shown; unwrap the mesh and export \
+                 it again",
+                neutral_path.display()
+            );
+        }
     } else {
         neutral.materials = named_parts::materials(&neutral, &neutral_path, &parts)?;
     }

@@ -115,6 +115,7 @@ fn an_mtl_is_as_blender_reads_it() {
 #[test]
 fn images_of_other_formats_become_png_or_a_warning() {
     let folder = blender();
+    fs::write(folder.path().join("looks.obj"), obj(&["skin"])).unwrap();
     let of_png = pixels(&fs::read(folder.path().join("image.png")).unwrap());
     for (file, has_alpha) in
         [("image.tga", true), ("image.bmp", false), ("image.tif", true), ("image.webp", true)]
@@ -177,6 +178,51 @@ fn images_of_other_formats_become_png_or_a_warning() {
     assert!(warnings.len() == 1 && warnings[0].contains("looks.mtl"), "{warnings:?}");
     assert!(warnings[0].contains("default looks; put"), "{warnings:?}");
     assert!(mesh.materials.unwrap().list.iter().all(|material| material.look().is_default));
+}
+
+/// Photoshop writes JPEGs of four inks, which glTF and most programs do not know.
+#[test]
+fn inks_become_colours() {
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("looks.obj"), obj(&["skin"])).unwrap();
+    fs::write(folder.path().join("looks.mtl"), "newmtl skin\nmap_Kd inks.jpg\n").unwrap();
+    // Quarters of one colour each, written by Pillow with Adobe's mark: inks are inverted.
+    let inks = root().join("crates/formats/tests/formats/meshes/inks.jpg");
+    fs::copy(inks, folder.path().join("inks.jpg")).unwrap();
+    let (mesh, warnings) = with_looks(&folder.path().join("looks.obj"));
+    assert!(warnings.is_empty(), "{warnings:?}");
+    let textures = mesh.materials.unwrap().textures;
+    assert_eq!((textures[0].name.as_str(), textures[0].format()), ("inks.png", Some(TextureFormat::Png)));
+    let found = pixels(&textures[0].bytes);
+    for (quarter, inks) in
+        [[0, 180, 200, 10], [200, 20, 0, 0], [0, 0, 0, 255], [30, 40, 60, 0]].iter().enumerate()
+    {
+        let at = 16 * (8 * (quarter / 2) + 4) + 8 * (quarter % 2) + 4;
+        for c in 0..3 {
+            let expected = (255 - inks[c]) * (255 - inks[3]) / 255;
+            let off = (i32::from(found[at][c]) - expected).abs();
+            assert!(off <= 6, "quarter {quarter}: {:?}, {inks:?}", found[at]);
+        }
+    }
+}
+
+/// A material that the MTL lacks has a default look, which is likely a mistake.
+#[test]
+fn materials_that_no_mtl_states_are_a_warning() {
+    let folder = tempfile::tempdir().unwrap();
+    let warned = |materials: &[&str], mtl: &str| {
+        fs::write(folder.path().join("looks.obj"), obj(materials)).unwrap();
+        fs::write(folder.path().join("looks.mtl"), mtl).unwrap();
+        with_looks(&folder.path().join("looks.obj")).1
+    };
+    assert!(warned(&["a", "b", "a"], "newmtl a\nKd 1 0 0\nnewmtl b\n").is_empty());
+    let [said] = &warned(&["a", "b", "a"], "newmtl a\nKd 1 0 0\n")[..] else { panic!() };
+    assert!(said.contains("the material \"b\" is in none of its files of materials"), "{said}");
+    let [said] = &warned(&["c", "b", "a"], "newmtl d\n")[..] else { panic!() };
+    assert!(said.contains("the material \"a\" (and 2 more) is in none"), "{said}");
+    // A mesh that names no MTL has the looks that were meant.
+    fs::write(folder.path().join("looks.obj"), obj(&["b"]).replace("mtllib", "#")).unwrap();
+    assert!(with_looks(&folder.path().join("looks.obj")).1.is_empty());
 }
 
 #[test]
