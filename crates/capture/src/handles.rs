@@ -13,7 +13,9 @@ use crate::{by_motion, head, head_markers};
 use glam::DVec3;
 use rhytid_core::numbers::median;
 use rhytid_core::text::listed;
-use rhytid_core::{Error, Face, Handles, InputErrorKind, Progress, RawTake, Result, SurfacePoint, Take};
+use rhytid_core::{
+    Error, Face, Handles, InputErrorKind, LengthUnit, Progress, RawTake, Result, SurfacePoint, Take,
+};
 use rhytid_geometry::registration::{OntoSurface, Similarity};
 use rhytid_solve::head::Region;
 use rhytid_solve::{Placed, Skin};
@@ -64,7 +66,8 @@ pub struct HandleSettings {
     /// The frame to use, counted from 0. Else the markers are laid in the most typical frame, in one at the
     /// start and in one at the end of the take, and the frame that fits best counts.
     pub frame: Option<usize>,
-    /// Metres in one unit of the file; else the file's statement, or what fits the mesh's size.
+    /// Metres in one unit of the file; else the file's statement, or what fits the mesh's size. A clean take
+    /// has the mesh's unit if that fits.
     pub metres_per_unit: Option<f64>,
     /// Markers that are not on skin; else found.
     pub rigid: Option<Vec<String>>,
@@ -143,7 +146,44 @@ pub fn place_handles(
         Some(head) => Skin::from_region(face, head)?,
         None => Skin::from_face(face)?,
     };
-    let mut placed = place(face, raw, settings, &skin, progress)?;
+    let found = place_in_best_frame(face, raw, settings, &skin, progress);
+    let is_right = found.as_ref().is_ok_and(|placed| placed.faults.is_empty());
+    let is_known = !raw.in_head_space || settings.metres_per_unit.or(raw.metres_per_unit).is_some();
+    if is_right || is_known || progress.cancelled() {
+        return found;
+    }
+    // A clean take has the mesh's unit, unless it was cleaned for another mesh.
+    let mut best: Option<(LengthUnit, PlacedHandles)> = None;
+    for unit in LengthUnit::ALL {
+        let settings = HandleSettings { metres_per_unit: Some(unit.metres), ..settings.clone() };
+        match place_in_best_frame(face, raw, &settings, &skin, progress) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Ok(placed)
+                if placed.faults.is_empty()
+                    && best.as_ref().is_none_or(|(_, best)| placed.cost < best.cost) =>
+            {
+                best = Some((unit, placed));
+            }
+            _ => {}
+        }
+    }
+    let Some((unit, mut placed)) = best else { return found };
+    placed.warnings.push(format!(
+        "the markers fit the mesh in {0}, so the take is taken to be in {0}; give the take's unit if it is another",
+        unit.name
+    ));
+    Ok(placed)
+}
+
+/// Places the handles in the frame that fits best.
+fn place_in_best_frame(
+    face: &Face,
+    raw: &RawTake,
+    settings: &HandleSettings,
+    skin: &Skin,
+    progress: &dyn Progress,
+) -> Result<PlacedHandles> {
+    let mut placed = place(face, raw, settings, skin, progress)?;
     if settings.frame.is_some() || !placed.faults.is_empty() {
         return Ok(placed);
     }
@@ -151,12 +191,12 @@ pub fn place_handles(
     let length = ((HELD * raw.tracks.rate()).round() as usize).clamp(1, raw.tracks.frames());
     for held in [0..length, raw.tracks.frames() - length..raw.tracks.frames()] {
         let frame = Some(fullest_frame(&raw.tracks, &placed.handles.labels, held));
-        let there = place(face, raw, &HandleSettings { frame, ..settings.clone() }, &skin, progress);
+        let there = place(face, raw, &HandleSettings { frame, ..settings.clone() }, skin, progress);
         if progress.cancelled() {
             return Err(Error::Cancelled);
         }
         let is_better = |there: &PlacedHandles| {
-            there.is_better(&placed) && there.from(&placed, &skin) * face.metres_per_unit < SAME
+            there.is_better(&placed) && there.from(&placed, skin) * face.metres_per_unit < SAME
         };
         placed = there.ok().filter(is_better).unwrap_or(placed);
     }

@@ -1,6 +1,6 @@
 //! The target of a clean-up: a rig's handles and what is known about them.
 use glam::DVec3;
-use rhytid_core::{HandleId, Rig};
+use rhytid_core::{Face, HandleId, Rig};
 
 /// How much larger a strain may be than in any example: with examples, and without any.
 const BEYOND: [f64; 2] = [1.0, 2.0];
@@ -33,6 +33,18 @@ impl Target {
         };
         let examples = rig.examples().names.iter().cloned().zip(shown.map(moved)).collect();
         Self { labels, rest, metres_per_unit, strains, examples }
+    }
+
+    /// The handles of a face that is not solved yet: where they are at rest, and nothing else.
+    pub fn from_neutral(face: &Face) -> Self {
+        let rest = face.handles.at(&face.neutral.positions).into_iter().map(DVec3::from_array);
+        Self {
+            labels: face.handles.labels.clone(),
+            rest: rest.collect(),
+            metres_per_unit: face.metres_per_unit,
+            strains: Vec::new(),
+            examples: Vec::new(),
+        }
     }
 
     /// Millimetres in one mesh unit.

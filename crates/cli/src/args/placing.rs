@@ -116,9 +116,9 @@ pub(crate) struct New {
     #[arg(short, long, value_name = "FOLDER")]
     pub output: Option<PathBuf>,
 
-    /// The folder with the expressions: meshes, or files with shapes [default: poses, examples, expressions
-    /// or scans beside the neutral, or its own].
-    #[arg(long, value_name = "FOLDER")]
+    /// The expressions: a folder of meshes or of files with shapes, or one such file [default: poses,
+    /// examples, expressions or scans beside the neutral, or its own].
+    #[arg(long, value_name = "PLACE")]
     pub examples: Option<PathBuf>,
 
     /// The take whose markers become handles [default: one beside the neutral; else handles are spread over

@@ -4,10 +4,12 @@ use crate::args::Placement;
 use crate::drawing::with_pictures;
 use crate::output;
 use crate::progress::Ui;
-use rhytid::capture::{HandleSettings, PlacedHandles, place_handles};
+use rhytid::capture::{Axes, HandleSettings, Misfit, PlacedHandles, Target, misfit, place_handles};
 use rhytid::core::{Handles, Mesh, Settings, SurfacePoint, UpAxis, VertexId, human};
 use rhytid::formats::mesh::{self, Shapes};
-use rhytid::formats::{raw_take, tables};
+use rhytid::formats::raw_take::{self, Contents};
+use rhytid::formats::tables;
+use rhytid::formats::take::{self, Missing};
 use rhytid::report::write_handles;
 use rhytid::solve::Skin;
 use rhytid::solve::head::{self, Part, Region};
@@ -175,6 +177,20 @@ pub(super) fn at_markers(
     let millimetres = 1e3 * face.metres_per_unit;
     let distances = found.distances.iter().map(|distance| distance * millimetres).collect();
     Ok(Placed { face, head, take: Some(FromTake { path: take.to_owned(), found, distances }) })
+}
+
+/// The options with which the other commands read a clean take whose unit or axes are not the face's. None for
+/// a raw take, which is laid onto the face when it is cleaned.
+pub(super) fn space_options(face: &Face, take: &Path) -> Vec<String> {
+    if raw_take::contents(take) != Contents::Take {
+        return Vec::new();
+    }
+    // What is wrong with a take is said when it is played.
+    let Ok(take) = take::read(take, Some(&face.handles.labels), Missing::Hold) else { return Vec::new() };
+    let Some(Misfit::Space(space)) = misfit(&take, &Target::from_neutral(face)) else { return Vec::new() };
+    let unit = space.unit().filter(|_| space.metres_per_unit != face.metres_per_unit);
+    let unit = unit.into_iter().flat_map(|unit| ["--take-unit".to_owned(), unit.to_owned()]);
+    unit.chain((space.axes != Axes::SAME).then(|| format!("--take-axes={}", space.axes))).collect()
 }
 
 /// The face with so many handles spread over it, besides those whose vertices were given.

@@ -98,6 +98,10 @@ fn shapes_of_one_file_become_examples_in_gltf_and_in_usd() {
             rhytid(&format!("new {file} --shapes nothing* -o none")).current_dir(&folder).output().unwrap();
         assert_refused(&output, &["no shape fits \"nothing*\""]);
 
+        // The file of the shapes may be named, also if it is the neutral.
+        let named = json(&format!("new {file} --examples {file} -o named"), &folder);
+        assert_eq!(named["examples"], made["examples"]);
+
         let info = json(&format!("info {file}"), &folder);
         assert_eq!(
             (info["kind"].as_str(), info["shapes"].as_array().unwrap().len()),
@@ -105,6 +109,70 @@ fn shapes_of_one_file_become_examples_in_gltf_and_in_usd() {
         );
         assert!(info["details"][0]["vertices"].as_u64().unwrap() > 10, "{info}");
     }
+}
+
+#[test]
+fn a_place_without_examples_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::copy(demo().join("neutral.obj"), folder.join("neutral.obj")).unwrap();
+    fs::create_dir(folder.join("empty")).unwrap();
+    fs::write(folder.join("noise.obj"), "v 0,5 0 0\n").unwrap();
+    for (place, words) in [
+        ("nowhere", "no such file or folder"),
+        ("empty", "empty: has no mesh that could be an example; name a folder"),
+        ("neutral.obj", "neutral.obj: has no mesh that could be an example"),
+        ("noise.obj", "noise.obj: has no example (noise.obj: line 1: found \"0,5\""),
+    ] {
+        let new = format!("new neutral.obj --examples {place} -o out");
+        let output = rhytid(&new).current_dir(folder).output().unwrap();
+        assert_refused(&output, &[place, words]);
+        assert!(!folder.join("out").exists());
+    }
+    let pose = fs::read_dir(demo().join("poses")).unwrap().flatten().next().unwrap().path();
+    fs::copy(&pose, folder.join("pose.obj")).unwrap();
+    let made = json("new neutral.obj --examples pose.obj -o out", folder);
+    assert_eq!(names(&made["examples"]), ["pose"]);
+}
+
+/// A mesh with another unit and another up axis than its take: the next command is one that works.
+#[test]
+fn the_next_command_brings_the_take_into_the_faces_space() {
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    fs::create_dir(folder.join("poses")).unwrap();
+    // Z points up, and millimetres.
+    let turned = |obj: &Path| {
+        let mut out = String::new();
+        for line in scaled(obj, 10.0).lines() {
+            let numbers: Vec<&str> = line.strip_prefix("v ").unwrap_or_default().split(' ').collect();
+            match numbers[..] {
+                [x, y, z] => out += &format!("v {x} {} {y}\n", -z.parse::<f64>().unwrap()),
+                _ => out += &format!("{line}\n"),
+            }
+        }
+        out
+    };
+    fs::write(folder.join("neutral.obj"), turned(&demo().join("neutral.obj"))).unwrap();
+    for pose in fs::read_dir(demo().join("poses")).unwrap().flatten() {
+        fs::write(folder.join("poses").join(pose.file_name()), turned(&pose.path())).unwrap();
+    }
+    let take = demo().join("performance.csv");
+    let new = format!("new neutral.obj --take {}", take.display());
+    let made = json(&new, folder);
+    let options = names(&made["take_options"]).join(" ");
+    assert_eq!(options, "--take-unit cm --take-axes=+x-z+y");
+    done("solve face.toml", folder);
+    let animate =
+        format!("animate face.safetensors {} --frames 0..3 --device cpu:0 -o face.usd", take.display());
+    assert_eq!(rhytid(&animate).current_dir(folder).output().unwrap().status.code(), Some(2));
+    done(&format!("{animate} {options}"), folder);
+    let said = done(&format!("{new} -o again"), folder);
+    assert!(said.contains(&format!("face.usd {options}\n")), "{said}");
+    // A take of the same space needs nothing.
+    fs::copy(demo().join("neutral.obj"), folder.join("again/neutral.obj")).unwrap();
+    let same = json(&format!("new again/neutral.obj --take {} -o same", take.display()), folder);
+    assert_eq!(same["take_options"], serde_json::json!([]));
 }
 
 #[test]

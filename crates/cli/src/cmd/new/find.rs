@@ -46,10 +46,11 @@ pub(super) struct Alike {
 /// [`Error::Input`] if two would have one name, or if no shape fits what is wanted.
 pub(super) fn examples(args: &args::New, neutral: &Shapes) -> Result<Found> {
     let mut found = Found { sections: Vec::new(), left_out: Vec::new(), alike: Vec::new() };
-    if args.examples.is_none() {
+    let is_neutral = |file: &Path| file.canonicalize().ok() == args.neutral.canonicalize().ok();
+    if args.examples.as_deref().is_none_or(is_neutral) {
         found.add_shapes(&args.neutral, &neutral.shapes, &args.shapes);
     }
-    for file in files(args) {
+    for file in files(args)?.into_iter().filter(|file| !is_neutral(file)) {
         match found.add_file(args, &neutral.neutral, &file) {
             Ok(()) => {}
             Err(Error::Input(sentence)) => {
@@ -70,24 +71,37 @@ pub(super) fn examples(args: &args::New, neutral: &Shapes) -> Result<Found> {
             quoted(&args.shapes.join(","))
         )));
     }
+    if let Some(given) = args.examples.as_ref().filter(|_| found.sections.is_empty()) {
+        let why = match found.left_out.first() {
+            Some(LeftOut { file, why, .. }) => format!("has no example ({}: {why})", file.display()),
+            None => "has no mesh that could be an example".to_owned(),
+        };
+        return Err(Error::empty(format!(
+            "{}: {why}; name a folder of meshes, or a file with shapes, or leave --examples out",
+            given.display()
+        )));
+    }
     check_names(&found.sections)?;
     Ok(found)
 }
 
-/// The meshes beside the neutral, by name.
-fn files(args: &args::New) -> Vec<PathBuf> {
+/// The file that was named, or the meshes in the folder that was, by name. By default they are beside the
+/// neutral.
+fn files(args: &args::New) -> Result<Vec<PathBuf>> {
+    if let Some(file) = args.examples.as_ref().filter(|given| given.is_file()) {
+        return Ok(vec![file.clone()]);
+    }
     let beside = args.neutral.parent().unwrap_or(Path::new(""));
     let found = FOLDERS.iter().map(|name| beside.join(name)).find(|folder| folder.is_dir());
     let folder = args.examples.clone().or(found).unwrap_or_else(|| beside.to_owned());
     let listed = if folder.as_os_str().is_empty() { Path::new(".") } else { &folder };
-    let entries = std::fs::read_dir(listed).into_iter().flatten().flatten();
-    let mut files: Vec<PathBuf> = entries.map(|entry| folder.join(entry.file_name())).collect();
+    let entries = std::fs::read_dir(listed).map_err(Error::io(listed))?;
+    let mut files: Vec<PathBuf> = entries.flatten().map(|entry| folder.join(entry.file_name())).collect();
     files.sort();
-    let neutral = args.neutral.canonicalize().ok();
     let is_mesh =
         |file: &Path| matches!(FileKind::detect(file), Some(FileKind::Mesh | FileKind::Gltf | FileKind::Usd));
-    files.retain(|file| is_mesh(file) && file.canonicalize().ok() != neutral);
-    files
+    files.retain(|file| is_mesh(file));
+    Ok(files)
 }
 
 impl Found {

@@ -5,7 +5,7 @@ mod place;
 mod text;
 mod unit;
 
-use super::placing::{Avatar, FromTake, Placed};
+use super::placing::{Avatar, FromTake, Placed, space_options};
 use crate::args::again;
 use crate::progress::Ui;
 use crate::{args, inputs, output};
@@ -94,6 +94,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
     let Placed { face, take, head } = placed;
     let take = take.as_ref();
     let distances = take.map(|take| &*take.distances);
+    let take_options = take.map_or_else(Vec::new, |take| space_options(&face, &take.path));
     ui.clear();
     if let Some(take) = take {
         take.warn(ui);
@@ -116,6 +117,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         handles: handles_said(&face, take, picture.as_deref()),
         rows: take.map(|take| take.rows(ui)).unwrap_or_default(),
         take: take.map(|take| &*take.path),
+        take_options: &take_options,
     };
     let summary = Summary {
         project: &project,
@@ -131,6 +133,7 @@ pub(super) fn run(args: &args::New, ui: &Ui) -> Result<()> {
         left_out: &left_out,
         handles: face.handles.labels.len(),
         take: take.map(|take| &*take.path),
+        take_options: &take_options,
         frame: take.map(|take| take.found.frame),
         distances_mm: distances,
     };
@@ -157,6 +160,7 @@ struct Summary<'a> {
     handles: usize,
     /// Null without a take.
     take: Option<&'a Path>,
+    take_options: &'a [String],
     /// The frame that was laid over the mesh; null without a take.
     frame: Option<usize>,
     distances_mm: Option<&'a [f64]>,
@@ -255,6 +259,8 @@ struct Said<'a> {
     /// What the take says of them.
     rows: Vec<[String; 2]>,
     take: Option<&'a Path>,
+    /// The options of `animate` that bring the take into the face's space.
+    take_options: &'a [String],
 }
 
 impl Said<'_> {
@@ -289,13 +295,17 @@ impl Said<'_> {
         }
         rows.push(row("handles", self.handles.clone()));
         rows.extend_from_slice(&self.rows);
+        let options: String = self.take_options.iter().map(|option| format!(" {option}")).collect();
+        if !options.is_empty() {
+            rows.push(row("the take's space", format!("is another: taken in by{options}")));
+        }
         let take = self.take.map_or_else(|| "TAKE.csv".to_owned(), output::word);
         let [project, rig, usd] =
             ["face.toml", "face.safetensors", "face.usd"].map(|name| output::word(&folder.join(name)));
         let next = output::next(&[
             format!("rhytid solve {project}{elsewhere}"),
             format!("rhytid view {rig} {take}"),
-            format!("rhytid animate {rig} {take} -o {usd}"),
+            format!("rhytid animate {rig} {take} -o {usd}{options}"),
         ]);
         format!("{}: a project, made\n{}{next}", folder.join("face.toml").display(), output::table(&rows))
     }
