@@ -8,8 +8,8 @@ pub(crate) fn widest<R>(work: impl FnMut() -> R) -> R {
     Arch::new().dispatch(Work(work))
 }
 
-/// `Arch::dispatch` takes closures, too. It calls them as `FnOnce`. If a closure borrows what it captures, the
-/// compiler puts a function in between that is never inlined. As `FnMut`, a closure is called itself.
+/// `Arch::dispatch` takes closures, too. It calls them as `FnOnce`. If a closure borrows what it captures,
+/// the compiler puts a function in between that is never inlined. As `FnMut`, a closure is called itself.
 struct Work<F>(F);
 
 impl<R, F: FnMut() -> R> WithSimd for Work<F> {

@@ -179,8 +179,8 @@ pub(super) fn at_markers(
     Ok(Placed { face, head, take: Some(FromTake { path: take.to_owned(), found, distances }) })
 }
 
-/// The options with which the other commands read a clean take whose unit or axes are not the face's. None for
-/// a raw take, which is laid onto the face when it is cleaned.
+/// The options with which the other commands read a clean take whose unit or axes are not the face's. None
+/// for a raw take, which is laid onto the face when it is cleaned.
 pub(super) fn space_options(face: &Face, take: &Path) -> Vec<String> {
     if raw_take::contents(take) != Contents::Take {
         return Vec::new();

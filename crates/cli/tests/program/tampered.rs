@@ -256,8 +256,8 @@ fn usd_faults(text: &str) -> Vec<Fault> {
     faults
 }
 
-/// Gives the neutral two materials, one with a texture, whose faces follow each other in turns. So the triangles of a material are
-/// not together in the rig.
+/// Gives the neutral two materials, one with a texture, whose faces follow each other in turns. So the
+/// triangles of a material are not together in the rig.
 fn alternate_materials(f: &Fixture) {
     let mut text = "mtllib neutral.mtl\n".to_owned();
     let mut faces = 0;
