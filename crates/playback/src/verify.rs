@@ -33,8 +33,9 @@ const OF_SUMS: f64 = 2.5e-4;
 /// The error that is allowed to the length of a direction.
 const OF_LENGTH: f64 = 1e-3;
 
-/// The largest change of a normal's component since the first frame that integers of 8 bits hold.
-const MOST_TURNED: f32 = 1.0;
+/// A stored normal is the first frame's plus an offset, which is at most 1 along each axis if it is an
+/// integer. A normal that turns straight back has no room for its direction: the sum is shorter than this.
+const NO_ROOM: f32 = 0.01;
 
 /// The difference between a channel of a file and a fresh evaluation.
 #[derive(Debug, Clone, PartialEq)]
@@ -278,7 +279,7 @@ struct Compared {
     /// The frame and the vertex of the largest difference, as the file states it, and the difference there.
     asked: Option<(usize, usize)>,
     at_asked: f64,
-    /// The normals of the first frame, where integers may have clamped those of later frames.
+    /// The normals of the first frame, where those of later frames may be stored as integers.
     first: Vec<f32>,
 }
 
@@ -324,16 +325,9 @@ impl Compared {
         // glTF demands a normal where the mesh has none.
         let is_any =
             |v: usize, expected: &[f32]| v * 3 < self.first.len() && expected.iter().all(|x| *x == 0.0);
-        // Integers clamp a normal that turns far.
-        let clamped = |v: usize, expected: &[f32]| {
-            let first = self.first.get(3 * v..3 * v + 3).filter(|_| !limits.fitted)?;
-            let pairs = || expected.iter().zip(first);
-            if pairs().all(|(n, first)| (n - first).abs() <= MOST_TURNED) {
-                return None;
-            }
-            let turn = |(n, first): (&f32, &f32)| first + (n - first).clamp(-MOST_TURNED, MOST_TURNED);
-            let length = pairs().map(turn).map(|x| x * x).sum::<f32>().sqrt();
-            Some(pairs().map(turn).map(|x| x / length).collect::<Vec<f32>>())
+        let turns_back = |v: usize, expected: &[f32]| {
+            let first = self.first.get(3 * v..3 * v + 3).filter(|_| !limits.fitted).unwrap_or_default();
+            first.iter().zip(expected).any(|(first, n)| 1.0 + first * n.signum() < NO_ROOM * n.abs())
         };
         let within = |v: usize, thin: f64| match channel.tolerance {
             Tolerance::Position => limits.allowed,
@@ -363,8 +357,11 @@ impl Compared {
                 if is_axis { off(expected, 1.0).min(off(expected, -1.0)) } else { off(expected, 1.0) };
             let length = |x: &[f32]| x.iter().map(|x| f64::from(*x).powi(2)).sum::<f64>().sqrt();
             let is_right = match () {
-                () if is_any(v, expected) && (length(found) - 1.0).abs() < OF_LENGTH => true,
-                () if clamped(v, expected).is_some_and(|clamped| is_allowed(v, off(&clamped, 1.0))) => true,
+                () if (is_any(v, expected) || turns_back(v, expected))
+                    && (length(found) - 1.0).abs() < OF_LENGTH =>
+                {
+                    true
+                }
                 // Where both strains are the same, each direction is right, but it is still one.
                 () if is_axis && (length(found) - length(expected)).abs() > OF_LENGTH => distance == 0.0,
                 () => is_allowed(v, distance),

@@ -1,13 +1,19 @@
-//! Positions as 16-bit and normals as 8-bit integers (KHR_mesh_quantization).
+//! Positions as 16-bit and normals as 8-bit integers (KHR_mesh_quantization). Normals that turn far have 16
+//! bits.
 //!
 //! Each frame is rounded as a whole, and a target holds the difference between the integers of its frame and
 //! of the base. So a frame has only its own rounding error, without that of the base.
 
 use super::document::Placement;
+use rhytid_export::morphs::Values;
 
 /// The largest integer of each kind; its negative is the smallest.
 const I16: f64 = 32_767.0;
 const I8: f64 = 127.0;
+
+/// A normal of 8 bits is the sum of two vectors, and is not shorter than this. The rounding of the offset turns
+/// it by at most 0.8°.
+const SHORTEST_OF_8_BITS: f64 = 0.5;
 
 /// The even grid on which positions lie.
 #[derive(Debug, Clone, Copy)]
@@ -99,26 +105,40 @@ pub(super) fn snap_normals(normals: &[f32]) -> Vec<i8> {
 }
 
 /// The offsets from the normals `from` (integers) to the directions of `to` (3V coordinates). If a direction
-/// is 0, the base's stays. If a normal turns so far that an offset would be larger than 1, the sum is a
-/// shorter vector: viewers normalise it.
-pub(super) fn normal_offsets(from: &[i8], to: &[f32]) -> Vec<i8> {
-    let pairs = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
-    let offset = |(from, to): (&[i8; 3], &[f32; 3])| {
-        if *to == [0.0; 3] {
-            return [0; 3];
-        }
-        let from = from.map(f64::from);
-        let to = to.map(|x| f64::from(x) * I8);
-        // Each coordinate of the sum has room for one vector of this length at least.
-        let length = (0..3).fold(1.0_f64, |length, axis| {
-            let room = if to[axis] < 0.0 { from[axis] - I8 } else { from[axis] + I8 };
-            if to[axis] == 0.0 { length } else { length.min(room / to[axis]) }
-        });
-        // Straight back, there is only room for a vector of 0. The smallest vector has the direction.
-        let length = length.max(1.0 / I8);
-        std::array::from_fn(|axis| (length * to[axis] - from[axis]).round().clamp(-I8, I8) as i8)
+/// is 0, the base's stays.
+///
+/// An offset is at most 1. If a normal turns so far that it would be larger, the sum is a shorter vector:
+/// viewers normalise it. 8 bits are too coarse for a short vector, so that all offsets have 16 bits then.
+pub(super) fn normal_offsets(from: &[i8], to: &[f32]) -> Values {
+    let pairs = || {
+        let pairs = from.as_chunks::<3>().0.iter().zip(to.as_chunks::<3>().0);
+        pairs.map(|(from, to)| (from.map(|x| f64::from(x) / I8), to.map(f64::from)))
     };
-    pairs.flat_map(offset).collect()
+    let shortest = pairs().map(|(from, to)| length_of_sum(from, to)).fold(1.0, f64::min);
+    if shortest >= SHORTEST_OF_8_BITS {
+        Values::I8(pairs().flat_map(|(from, to)| offset(from, to, I8)).map(|x| x as i8).collect())
+    } else {
+        Values::I16(pairs().flat_map(|(from, to)| offset(from, to, I16)).map(|x| x as i16).collect())
+    }
+}
+
+/// The length, at most 1, of the longest vector in the direction `to` that is no farther than 1 from `from`
+/// along each axis.
+fn length_of_sum(from: [f64; 3], to: [f64; 3]) -> f64 {
+    (0..3).fold(1.0, |length, axis| match to[axis] {
+        0.0 => length,
+        x => length.min((1.0 + from[axis] * x.signum()) / x.abs()),
+    })
+}
+
+/// An offset in `steps` to 1.
+fn offset(from: [f64; 3], to: [f64; 3], steps: f64) -> [f64; 3] {
+    if to == [0.0; 3] {
+        return to;
+    }
+    // Straight back, there is only room for a vector of 0. The smallest vector has the direction.
+    let length = length_of_sum(from, to).max(1.0 / steps);
+    std::array::from_fn(|axis| ((length * to[axis] - from[axis]) * steps).round().clamp(-steps, steps))
 }
 
 #[cfg(test)]
@@ -132,22 +152,28 @@ mod tests {
             [x / length, y / length, z / length]
         };
         let from = axis(1.0, 0.1, 0.0);
-        for (to, degrees) in [
-            (axis(1.0, 0.2, 0.0), 0.7),
-            (axis(0.0, 1.0, 0.0), 0.7),
-            (axis(0.1, 1.0, 0.3), 0.7),
+        for (to, is_short) in [
+            (axis(1.0, 0.2, 0.0), false),
+            (axis(0.0, 1.0, 0.0), false),
+            (axis(0.1, 1.0, 0.3), false),
+            (axis(-0.4, 1.0, 0.0), true),
             // Against the base's own direction there is next to no room.
-            (axis(-0.4, 1.0, 0.0), 6.0),
+            (axis(-1.0, 0.3, 0.0), true),
         ] {
             let base = snap_normals(&from);
             let offsets = normal_offsets(&base, &to);
-            let sum: Vec<f64> =
-                base.iter().zip(&offsets).map(|(a, b)| f64::from(*a) + f64::from(*b)).collect();
+            assert_eq!(matches!(offsets, Values::I16(_)), is_short, "{to:?}");
+            let offset = |i: usize| match &offsets {
+                Values::I8(offsets) => f64::from(offsets[i]) / I8,
+                Values::I16(offsets) => f64::from(offsets[i]) / I16,
+                Values::F32(_) => unreachable!(),
+            };
+            let sum: Vec<f64> = (0..3).map(|i| f64::from(base[i]) / I8 + offset(i)).collect();
             let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
             let cosine: f64 = sum.iter().zip(to).map(|(x, to)| x / length * f64::from(to)).sum();
-            assert!(cosine.min(1.0).acos().to_degrees() < degrees, "{to:?}: {sum:?}");
+            assert!(cosine.min(1.0).acos().to_degrees() < 0.7, "{to:?}: {sum:?}");
         }
-        assert_eq!(normal_offsets(&[127, 0, 0], &[0.0; 3]), [0; 3]);
+        assert_eq!(normal_offsets(&[127, 0, 0], &[0.0; 3]), Values::I8(vec![0; 3]));
     }
 
     #[test]

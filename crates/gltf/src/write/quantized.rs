@@ -118,7 +118,7 @@ impl Exporter for Quantized {
             let normals = match normals {
                 true => {
                     let to = read_floats(&mut spool, numbers).map_err(Error::io(&path))?;
-                    Some(Values::I8(normal_offsets(&base_normals, &to)))
+                    Some(normal_offsets(&base_normals, &to))
                 }
                 false => None,
             };

@@ -97,7 +97,7 @@ fn quantized(mut document: Document, shapes: &Shapes<'_>, progress: &dyn Progres
         }
         let to_normals = shape.normal_offsets.as_ref().map(|offsets| {
             let to: Vec<f32> = normals.iter().zip(offsets.as_flattened()).map(|(a, b)| a + b).collect();
-            Values::I8(normal_offsets(&base_normals, &to))
+            normal_offsets(&base_normals, &to)
         });
         document.target(shape.name.clone(), &Values::I16(points), to_normals.as_ref())?;
     }

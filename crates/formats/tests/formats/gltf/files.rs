@@ -159,7 +159,7 @@ fn compression_makes_files_smaller() {
         animation.export_with(&path, &options).unwrap();
         std::fs::metadata(bin_beside(&path)).unwrap().len()
     };
-    // The weights of the frames are floats in both.
-    assert!(size(true, false) * 16 < size(false, false) * 10);
+    // The weights of the frames are floats in both. Normals turn far here, so that they have 16 bits.
+    assert!(size(true, false) * 16 < size(false, false) * 12);
     assert!(size(true, true) < size(true, false));
 }
