@@ -11,8 +11,8 @@ use rhytid_export::morphs::Values;
 const I16: f64 = 32_767.0;
 const I8: f64 = 127.0;
 
-/// A normal of 8 bits is the sum of two vectors, and is not shorter than this. The rounding of the offset turns
-/// it by at most 0.8°.
+/// A normal of 8 bits is the sum of two vectors, and is not shorter than this. The rounding of the offset
+/// turns it by at most 0.8°.
 const SHORTEST_OF_8_BITS: f64 = 0.5;
 
 /// The even grid on which positions lie.
