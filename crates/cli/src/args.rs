@@ -44,7 +44,6 @@ pub(crate) use prepare::Prepare;
 #[cfg(feature = "wgpu")]
 pub(crate) use render::{Background, BeforeChoice, Render, Show};
 pub(crate) use setup::Setup;
-#[cfg(feature = "wgpu")]
 pub(crate) use solve::{Demo, Doctor, Solve};
 use std::ffi::OsString;
 use std::path::PathBuf;
