@@ -1,5 +1,6 @@
 //! Finds each handle's marker by its position on the face, where the names do not match.
-use crate::handles::{HandleSettings, POOR, place_handles};
+use crate::handles::{HandleSettings, place_handles};
+use crate::handles_in_frame::POOR;
 use crate::labels::{is_unlabelled, same_names};
 use crate::subjects::{self, ambiguous};
 use crate::tracks::median_point;

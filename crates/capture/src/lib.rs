@@ -35,6 +35,7 @@ mod face_cluster;
 mod gaps;
 mod gross_strain;
 mod handles;
+mod handles_in_frame;
 mod head;
 mod head_markers;
 mod label_words;

@@ -1,5 +1,5 @@
 //! What is wrong with placed handles, and what a person should look at.
-use crate::handles::{Laid, POOR};
+use crate::handles_in_frame::{Laid, POOR};
 use glam::{DMat3, DVec3};
 use rhytid_core::numbers::median;
 use rhytid_core::{Face, Handles};
